@@ -113,8 +113,8 @@ impl FreeSpaceSegmenter {
         let camera_in_map = map_from_rig * cycle.setup.mounts.camera_in_rig_m();
         self.view.widen(cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
-        self.clear_stale_background(&points_in_map, &camera_in_map);
-        let classes = self.classes(&points_in_map, &camera_in_map);
+        let known = self.known_places(&points_in_map, &camera_in_map);
+        let classes = self.classes(&points_in_map, &known, &camera_in_map);
         observe(Step::Evidence);
 
         let voxels: Vec<VoxelKey> =
@@ -140,7 +140,7 @@ impl FreeSpaceSegmenter {
         for &point in groups.iter().flat_map(|group| &group.points) {
             is_dynamic[point] = true;
         }
-        for point in self.kept_from_last_cycle(points_in_map, &classes, &voxels) {
+        for point in self.kept_from_last_cycle(&known, &classes, &voxels) {
             is_dynamic[point] = true;
         }
         for &point in &settled {
@@ -218,8 +218,8 @@ impl FreeSpaceSegmenter {
         self.evidence_is_whole = !update.is_incomplete;
     }
 
-    fn known(&self, point_in_map: &Point3<f64>) -> Known {
-        match self.occupancy.place(point_in_map) {
+    fn known(&self, place: Place) -> Known {
+        match place {
             Place::Free { .. } => Known::Free,
             Place::Occupied { since, .. } if self.is_long_ago(since) => Known::Background,
             Place::Occupied { .. } | Place::Unknown => Known::Unknown,
@@ -240,26 +240,46 @@ impl FreeSpaceSegmenter {
         Floor::of(&near).or(self.floor.filter(|known| known.is_under(&near)))
     }
 
-    /// Stale background is cleared where no return lies behind it: someone was there before a doorway or a hall, and left.
-    /// What is there now is another object.
-    fn clear_stale_background(&mut self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) {
+    /// What is known of the place of each point.
+    ///
+    /// Stale background is cleared where no return lies behind it: someone was there before a doorway or a hall, and left. What is
+    /// there now is another object.
+    fn known_places(&mut self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Vec<Known> {
+        let mut has_cleared = false;
+        let mut known = Vec::with_capacity(points_in_map.len());
         for point in points_in_map {
-            let Place::Occupied { since, last } = self.occupancy.place(point) else { continue };
-            let is_short_background =
-                self.is_long_ago(since) && last.seconds_since(since) <= LONGEST_STAY_S;
-            if is_short_background && self.recent_views.has_gone(point, last, camera) {
+            let place = self.occupancy.place(point);
+            let is_gone = matches!(place, Place::Occupied { since, last }
+                if self.is_long_ago(since)
+                    && last.seconds_since(since) <= LONGEST_STAY_S
+                    && self.recent_views.has_gone(point, last, camera));
+            if is_gone {
                 self.occupancy.forget(point);
+                has_cleared = true;
             }
+            known.push(self.known(place));
         }
+        if has_cleared {
+            // Other points may be in the same voxels.
+            known.clear();
+            known.extend(points_in_map.iter().map(|point| self.known(self.occupancy.place(point))));
+        }
+        known
     }
 
     /// What each point is, by what is known of its place.
-    fn classes(&self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Vec<PointClass> {
+    fn classes(
+        &self,
+        points_in_map: &[Point3<f64>],
+        known: &[Known],
+        camera: &Point3<f64>,
+    ) -> Vec<PointClass> {
         // A foot's lowest voxel holds more of the floor than of the foot.
         let sole_m = self.grid.edge_m() / 2.0;
         points_in_map
             .iter()
-            .map(|point| {
+            .zip(known)
+            .map(|(point, &known)| {
                 let in_reach = (point - camera).norm() <= self.config.evidence_reach_m;
                 let is_floor =
                     self.floor.is_some_and(|floor| floor.height_above_m(point).abs() <= sole_m);
@@ -269,11 +289,10 @@ impl FreeSpaceSegmenter {
                 if is_floor {
                     // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor was hit
                     // there or beside, whether or not rays to what is behind have passed over it.
-                    let is_foot = self.known(point) != Known::Background
-                        && self.was_seen_empty(point, camera);
+                    let is_foot = known != Known::Background && self.was_seen_empty(point, camera);
                     return if is_foot { PointClass::SeenEmpty } else { PointClass::Background };
                 }
-                match self.known(point) {
+                match known {
                     Known::Background => PointClass::Background,
                     Known::Unknown if self.was_seen_empty(point, camera) => PointClass::SeenEmpty,
                     Known::Unknown => PointClass::Unknown,
@@ -300,14 +319,14 @@ impl FreeSpaceSegmenter {
     /// leaves the view, a foot that was taken for floor in one cycle. They belong to the object for this one cycle.
     fn kept_from_last_cycle(
         &self,
-        points_in_map: &[Point3<f64>],
+        known: &[Known],
         classes: &[PointClass],
         voxels: &[VoxelKey],
     ) -> Vec<usize> {
         let is_kept = |&point: &usize| {
             matches!(classes[point], PointClass::Unknown | PointClass::Background)
                 && self.last_object_voxels.contains(&voxels[point])
-                && self.known(&points_in_map[point]) != Known::Background
+                && known[point] != Known::Background
         };
         (0..classes.len()).filter(is_kept).collect()
     }
