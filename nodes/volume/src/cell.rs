@@ -1,18 +1,16 @@
-//! The evidence on one cell, in 2D as in 3D: how often it was hit, how often it was free, and since when.
+//! The evidence on one cell, in 2D as in 3D: how often it was hit, how often it was free, and since when it has been occupied.
 //!
-//! In each cycle a cell is hit (a static point is in it), passed (all of it is certainly free), or neither. A hit outweighs
-//! any number of passes of its cycle; the caller ensures that. Moving points are neither.
+//! - **Once a cycle** a cell is hit (something static is in it) or passed (all of it is certainly free). The first of a cycle
+//!   counts, and hits come before passes: a hit outweighs any number of passes of its cycle.
+//! - **What moves** in a cell is neither. What has stayed for long, without a pass in between, is static.
+//! - **Decay.** Old cycles count less and less, so that a cell that changes gets its new state in a bounded time.
+//! - **Age.** Where the caller has a time after which evidence is too old, a cell that was not renewed is unknown again.
 
-/// Cycles in which a cell must be passed before it counts as free. One pass may be a wrong depth, two may come from one
+/// Cycles in which a cell must be passed before it counts as free. One pass may be a wrong depth or range, two may come from one
 /// image that was used twice.
 const LEAST_PASSES: u8 = 3;
-/// A free cell is hit in fewer than one of this many cycles: such hits are noise.
-const PASSES_PER_HIT_WHERE_FREE: u16 = 15;
 /// A cell with fewer hits is not occupied, as for [`LEAST_PASSES`].
 const LEAST_HITS: u8 = 3;
-/// An occupied cell is hit at least once in this many cycles: the cells of a surface in all of them, those beside it as often
-/// as the noise of depth moves a point across the border.
-const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 5;
 /// A single hit may be noise; two may be a surface.
 const LEAST_HITS_OF_SURFACE: u8 = 2;
 /// Counts are halved when their sum reaches this, so that a cell that changes gets its new state after some 10 s at 7 Hz. Passes
@@ -31,24 +29,49 @@ pub enum CellState {
     Occupied,
 }
 
-/// The evidence on a cell. Times are ticks of the caller, from 1 on; 0 means never.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Cell {
-    free_since: u32,
-    first_hit: u32,
-    last_hit: u32,
-    hits: u8,
-    passes: u8,
+/// How many passes a hit outweighs in the state of a cell: it depends on how often noise puts a hit beside its cell.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PassesPerHit {
+    /// A free cell is hit in no more than one of so many cycles: such hits are noise.
+    pub(crate) where_free: u16,
+    /// An occupied cell is hit at least once in so many cycles: the cells of a surface in all of them, those beside it as often
+    /// as the noise moves a point across the border.
+    pub(crate) where_occupied: u16,
 }
 
+impl PassesPerHit {
+    /// Of voxels, hit by means of many depths.
+    const OF_MEANS: Self = Self { where_free: 15, where_occupied: 5 };
+}
+
+/// The evidence on a cell. Times are ticks of the caller, from 1 on and later with each cycle; 0 means never.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Cell {
+    /// The first of the hits that still count, or since when something that moves has been here.
+    occupied_since: u32,
+    last_hit: u32,
+    /// The last cycle with any evidence.
+    seen: u32,
+    hits: u8,
+    passes: u8,
+    /// Whether something that moves is here: it was, and no pass came after it.
+    holds_moving: bool,
+}
+
+// Grids are sized by it.
+const _: () = assert!(size_of::<Cell>() == 16);
+
 impl Cell {
-    /// A static point was in it in this cycle.
+    /// Something static was in it in this cycle.
     #[inline]
     pub fn hit(&mut self, now: u32) {
-        if self.hits == 0 {
-            self.first_hit = now;
+        if self.seen == now {
+            return;
         }
-        self.last_hit = now;
+        if self.hits == 0 && !self.holds_moving {
+            self.occupied_since = now;
+        }
+        (self.last_hit, self.seen) = (now, now);
         self.hits += 1;
         self.fade();
     }
@@ -56,15 +79,33 @@ impl Cell {
     /// All of it was free in this cycle.
     #[inline]
     pub fn pass(&mut self, now: u32) {
-        let was_free = self.state() == CellState::Free;
+        if self.seen == now {
+            return;
+        }
+        (self.seen, self.holds_moving) = (now, false);
         if self.hits == 0 {
             self.passes = (self.passes + 1).min(MOST_CYCLES - 1);
         } else {
             self.passes += 1;
             self.fade();
         }
-        if !was_free && self.state() == CellState::Free {
-            self.free_since = now;
+    }
+
+    /// Something that moves was in it in this cycle, so that no pass counts. What has stayed for `stopped` ticks is static.
+    pub fn hold_moving(&mut self, now: u32, stopped: u32) {
+        self.seen = now;
+        if !self.holds_moving {
+            (self.holds_moving, self.occupied_since) = (true, now);
+        } else if now.saturating_sub(self.occupied_since) >= stopped {
+            self.take_for_occupied(self.occupied_since, now);
+        }
+    }
+
+    /// Forgets evidence that was not renewed for more than `memory` ticks.
+    #[inline]
+    pub fn forget_after(&mut self, memory: u32, now: u32) {
+        if now.saturating_sub(self.seen) > memory {
+            *self = Self::default();
         }
     }
 
@@ -75,11 +116,12 @@ impl Cell {
             if one == 0 || other == 0 { one.max(other) } else { one.min(other) }
         };
         let mut joined = Self {
-            free_since: self.free_since.max(other.free_since),
-            first_hit: first_of(self.first_hit, other.first_hit),
+            occupied_since: first_of(self.occupied_since, other.occupied_since),
             last_hit: self.last_hit.max(other.last_hit),
+            seen: self.seen.max(other.seen),
             hits,
             passes: if hits == 0 { passes.min(MOST_CYCLES - 1) } else { passes },
+            holds_moving: self.holds_moving || other.holds_moving,
         };
         if hits > 0 {
             joined.fade();
@@ -94,26 +136,36 @@ impl Cell {
         }
     }
 
-    /// Sets it to free from now on, unless it is free already.
-    pub fn take_for_free(&mut self, now: u32) {
-        let is_free = self.state() == CellState::Free;
-        let free_since = if is_free { self.free_since } else { now };
-        *self = Self { free_since, passes: self.passes.max(LEAST_PASSES), ..Self::default() };
+    /// Sets it to free: the cycle itself may still pass it.
+    pub fn take_for_free(&mut self) {
+        *self = Self { passes: self.passes.max(LEAST_PASSES), seen: self.seen, ..Self::default() };
     }
 
     /// Sets it to occupied since this time.
     pub fn take_for_occupied(&mut self, since: u32, now: u32) {
-        *self = Self { first_hit: since, last_hit: now, hits: MOST_CYCLES / 2, ..Self::default() };
+        *self = Self {
+            occupied_since: since,
+            last_hit: now,
+            seen: now,
+            hits: MOST_CYCLES / 2,
+            ..Self::default()
+        };
     }
 
-    /// Its state.
+    /// The state of a voxel, which means of depths hit.
     #[must_use]
     #[inline]
     pub fn state(&self) -> CellState {
+        self.state_by(PassesPerHit::OF_MEANS)
+    }
+
+    /// Its state, if a hit outweighs so many passes.
+    #[inline]
+    pub(crate) fn state_by(&self, passes_per_hit: PassesPerHit) -> CellState {
         let (hits, passes) = (u16::from(self.hits), u16::from(self.passes));
-        if self.passes >= LEAST_PASSES && hits * PASSES_PER_HIT_WHERE_FREE <= passes {
+        if self.was_passed() && hits * passes_per_hit.where_free <= passes {
             CellState::Free
-        } else if self.hits >= LEAST_HITS && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes {
+        } else if self.was_hit() && hits * passes_per_hit.where_occupied >= passes {
             CellState::Occupied
         } else {
             CellState::Unknown
@@ -124,13 +176,19 @@ impl Cell {
     #[must_use]
     pub fn may_be_surface(&self) -> bool {
         let (hits, passes) = (u16::from(self.hits), u16::from(self.passes));
-        self.hits >= LEAST_HITS_OF_SURFACE && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes
+        self.hits >= LEAST_HITS_OF_SURFACE && hits * PassesPerHit::OF_MEANS.where_occupied >= passes
     }
 
     /// Whether it was hit in enough cycles to be more than noise.
     #[must_use]
     pub fn was_hit(&self) -> bool {
         self.hits >= LEAST_HITS
+    }
+
+    /// Whether it was passed in enough cycles to be more than noise.
+    #[must_use]
+    pub fn was_passed(&self) -> bool {
+        self.passes >= LEAST_PASSES
     }
 
     /// Cycles in which it was hit, with decay.
@@ -145,16 +203,10 @@ impl Cell {
         self.passes
     }
 
-    /// Since when it has been free.
+    /// Since when it has been occupied: the first of the hits that still count.
     #[must_use]
-    pub fn free_since(&self) -> u32 {
-        self.free_since
-    }
-
-    /// The first of the hits that still count.
-    #[must_use]
-    pub fn first_hit(&self) -> u32 {
-        self.first_hit
+    pub fn occupied_since(&self) -> u32 {
+        self.occupied_since
     }
 
     /// The last hit.
@@ -168,13 +220,9 @@ impl Cell {
         self.hits == 0 && self.passes == MOST_CYCLES - 1
     }
 
-    /// The cell that replaces two that have long been free: free since the later time.
+    /// The cell that replaces two that have long been free.
     pub(crate) fn merged(self, other: Self) -> Self {
-        Self {
-            free_since: self.free_since.max(other.free_since),
-            passes: self.passes,
-            ..Self::default()
-        }
+        Self { passes: self.passes, seen: self.seen.max(other.seen), ..Self::default() }
     }
 }
 
@@ -212,12 +260,50 @@ mod tests {
     #[test]
     fn it_knows_since_when() {
         let cell = after(&[(false, 20), (true, 1), (false, 5)]);
-        assert_eq!((cell.state(), cell.free_since(), cell.last_hit()), (CellState::Free, 3, 21));
+        assert_eq!((cell.state(), cell.last_hit()), (CellState::Free, 21));
         let cell = after(&[(false, 5), (true, 100)]);
         assert_eq!(
-            (cell.state(), cell.first_hit(), cell.last_hit()),
+            (cell.state(), cell.occupied_since(), cell.last_hit()),
             (CellState::Occupied, 6, 105)
         );
+    }
+
+    #[test]
+    fn it_counts_once_a_cycle_and_a_hit_outweighs_the_passes() {
+        let mut cell = Cell::default();
+        for now in 1..=10 {
+            cell.hit(now);
+            cell.hit(now);
+            cell.pass(now);
+        }
+        assert_eq!((cell.hits(), cell.passes()), (10, 0));
+        cell.pass(11);
+        cell.pass(11);
+        assert_eq!((cell.hits(), cell.passes()), (10, 1));
+    }
+
+    #[test]
+    fn what_moves_is_static_when_it_has_stayed_unless_the_cell_is_passed() {
+        const STOPPED: u32 = 60;
+        let mut cell = after(&[(false, 4), (true, 1)]);
+        (10..69).for_each(|now| cell.hold_moving(now, STOPPED));
+        assert_eq!((cell.hits(), cell.passes()), (1, 4));
+        cell.pass(68);
+        assert_eq!(cell.passes(), 4, "something is there in this cycle");
+        cell.pass(69);
+        (70..130).for_each(|now| cell.hold_moving(now, STOPPED));
+        assert_eq!((cell.hits(), cell.passes()), (1, 5));
+        cell.hold_moving(130, STOPPED);
+        assert_eq!((cell.state(), cell.occupied_since()), (CellState::Occupied, 70));
+    }
+
+    #[test]
+    fn what_was_not_renewed_is_forgotten() {
+        let mut cell = after(&[(false, 4)]);
+        cell.forget_after(100, 104);
+        assert_eq!(cell.passes(), 4);
+        cell.forget_after(100, 105);
+        assert_eq!(cell, Cell::default());
     }
 
     #[test]
@@ -245,11 +331,11 @@ mod tests {
     #[test]
     fn it_may_be_told_what_it_is() {
         let mut cell = after(&[(true, 40)]);
-        cell.take_for_free(50);
-        assert_eq!((cell.state(), cell.free_since()), (CellState::Free, 50));
+        cell.take_for_free();
+        assert_eq!(cell.state(), CellState::Free);
         cell.take_for_occupied(20, 60);
         assert_eq!(
-            (cell.state(), cell.first_hit(), cell.last_hit()),
+            (cell.state(), cell.occupied_since(), cell.last_hit()),
             (CellState::Occupied, 20, 60)
         );
     }

@@ -9,7 +9,8 @@
 //! | type | what |
 //! |---|---|
 //! | [`DepthView`] | one depth image or cloud, prepared: any number of layers with different voxel edges are updated from it |
-//! | [`Occupancy`] | hits and passes: free, occupied or unknown, and since when; a [`Cell`] for each voxel |
+//! | [`Cell`] | the evidence on a place, in 2D or 3D: hits and passes, free, occupied or unknown, since when, and the rules for them |
+//! | [`Occupancy`] | a cell for each voxel, updated by images |
 //! | [`PlaneOccupancy`] | the same in the horizontal plane, of the rays of scans |
 //! | [`TiledView`], [`SeenBefore`] | what an image saw by direction, without the image; where nothing comes back any more |
 //! | [`Surface`] | signed distances, weights, colours: the map; points, changes for listeners, blocks as bytes, corrections |
@@ -61,7 +62,7 @@ pub use no_return::{
 };
 pub use noise::DepthNoise;
 pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyUpdate, Place};
-pub use plane::{PlaneConfig, PlaneOccupancy, PlaneRay};
+pub use plane::{PlaneConfig, PlaneOccupancy, PlaneRay, SAMPLES_PER_CELL, WIDEST_GAP_M};
 pub use projection::{SphericalModel, SphericalModelError};
 pub use surface::{
     BlockFormatError, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, PointRules, Surface,

@@ -7,7 +7,6 @@
 //!   discretisation of Hornung et al., "OctoMap", 2013, section 5.1). So surfaces at a grazing angle are not cleared.
 //! - **No return.** Where most pixels of a tile have no depth, space is unknown: there may be a dark surface.
 //! - **Moving points** hit nothing; space in front of them is free.
-//! - **A hit outweighs** the passes of its cycle.
 //!
 //! A block whose voxels have all been free for long is stored as one cell, so that free space takes little memory. [`crate::Cell`]
 //! has the rules for hits and passes.
@@ -32,10 +31,7 @@ pub enum Place {
     /// There is no evidence, or too little.
     Unknown,
     /// It was observed free in several cycles: what is there now is newly occupied.
-    Free {
-        /// Since when.
-        since: Stamp,
-    },
+    Free,
     /// It is occupied.
     Occupied {
         /// The first hit.
@@ -91,7 +87,8 @@ impl Occupancy {
         if self.ticks.are_over_at(stamp) {
             self.clear();
         }
-        self.now = self.ticks.at(stamp);
+        // Each cycle counts, also one that is late or has the stamp of the last.
+        self.now = self.ticks.at(stamp).max(self.now.saturating_add(1));
     }
 
     /// The state of the place of a point of the map.
@@ -104,10 +101,11 @@ impl Occupancy {
         let stamp = |tick| self.ticks.stamp(tick).unwrap_or_default();
         match cell.state() {
             CellState::Unknown => Place::Unknown,
-            CellState::Free => Place::Free { since: stamp(cell.free_since()) },
-            CellState::Occupied => {
-                Place::Occupied { since: stamp(cell.first_hit()), last: stamp(cell.last_hit()) }
-            }
+            CellState::Free => Place::Free,
+            CellState::Occupied => Place::Occupied {
+                since: stamp(cell.occupied_since()),
+                last: stamp(cell.last_hit()),
+            },
         }
     }
 
@@ -137,8 +135,7 @@ impl Occupancy {
 
     /// Sets a place to free: the camera would have seen before what is there now.
     pub fn take_for_free(&mut self, point_in_map: &Point3<f64>) {
-        let now = self.now;
-        self.change(point_in_map, |cell| cell.take_for_free(now));
+        self.change(point_in_map, Cell::take_for_free);
     }
 
     /// Sets a place to occupied since a time: a tracked object is there that has stopped for good.
@@ -172,7 +169,7 @@ impl Occupancy {
     /// Clears all evidence.
     pub fn clear(&mut self) {
         self.layer = Layer::default();
-        self.ticks = Ticks::default();
+        (self.ticks, self.now) = (Ticks::default(), 0);
     }
 
     /// The grid of the voxels.

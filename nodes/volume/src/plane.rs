@@ -14,18 +14,14 @@ use geometry::{Stamp, VoxelEdgeError, VoxelGrid, VoxelKey};
 use nalgebra::Point2;
 
 use crate::block::{BLOCK_EDGE, BlockKey};
-use crate::cell::{Cell, CellState};
+use crate::cell::{Cell, CellState, PassesPerHit};
 use crate::layer::{Layer, Slot};
 use crate::ticks::Ticks;
-pub use fan::PlaneRay;
+pub use fan::{PlaneRay, SAMPLES_PER_CELL, WIDEST_GAP_M};
 
-/// Cycles in which a cell was passed, or hit, before it counts as free, or as occupied; as of [`Cell`].
-const LEAST_CYCLES: u8 = 3;
-/// An occupied cell has at least one hit for each so many passes. A range may be off by more than a cell of a plan, unlike
-/// the mean of the depths of a voxel: the cells beside a wall are hit now and then, and passed more often.
-const PASSES_PER_HIT_WHERE_OCCUPIED: u16 = 2;
-/// What is free is passed so many times as often as it is hit, or more.
-const PASSES_PER_HIT_WHERE_FREE: u16 = 6;
+/// A range may be off by more than a cell of a plan, unlike the mean of the depths of a voxel: the cells beside a wall are hit now
+/// and then, and passed more often.
+const PASSES_PER_HIT: PassesPerHit = PassesPerHit { where_free: 6, where_occupied: 2 };
 
 /// Cells of a block.
 const BLOCK_CELLS: usize = BLOCK_EDGE * BLOCK_EDGE;
@@ -35,7 +31,7 @@ const BLOCK_CELLS: usize = BLOCK_EDGE * BLOCK_EDGE;
 pub struct PlaneConfig {
     /// The edge of the cells, in metres.
     pub edge_m: f64,
-    /// Blocks of 8 by 8 cells that are kept at most, 1.3 kB each; cells that need another one stay unknown.
+    /// Blocks of 8 by 8 cells that are kept at most, 1 kB each; cells that need another one stay unknown.
     pub max_blocks: usize,
     /// Whether a ray passes nothing behind the first cell that is occupied; that one it passes. What is seen behind something now
     /// and then is then not free, and what has gone is cleared cell after cell.
@@ -45,9 +41,8 @@ pub struct PlaneConfig {
 /// A block of cells.
 #[derive(Clone, Debug)]
 struct PlaneBlock {
+    /// Their times are cycles.
     cells: [Cell; BLOCK_CELLS],
-    /// The cycle in which each cell was counted last.
-    counted: [u32; BLOCK_CELLS],
     first_seen: u32,
 }
 
@@ -88,20 +83,18 @@ impl PlaneOccupancy {
         self.cycle = self.cycle.wrapping_add(1);
     }
 
-    /// Something static ends at a place. Once a cycle, and before the passes of the cycle.
+    /// Something static ends at a place; before the passes of the cycle, see [`Cell`].
     pub fn hit(&mut self, place_m: &Point2<f64>) {
-        let now = self.now;
-        self.count(place_m, |cell| cell.hit(now));
+        self.count(place_m, Cell::hit);
     }
 
     /// A place is free in this cycle, unless it was hit in it. Returns whether it is occupied by what is known so far.
     pub fn pass(&mut self, place_m: &Point2<f64>) -> bool {
-        let now = self.now;
-        self.count(place_m, |cell| cell.pass(now)) == Some(CellState::Occupied)
+        self.count(place_m, Cell::pass) == Some(CellState::Occupied)
     }
 
-    /// Counts a cell, once a cycle. Returns its state after it.
-    fn count(&mut self, place_m: &Point2<f64>, count: impl FnOnce(&mut Cell)) -> Option<CellState> {
+    /// Counts a cell. Returns its state after it.
+    fn count(&mut self, place_m: &Point2<f64>, count: fn(&mut Cell, u32)) -> Option<CellState> {
         let cell = self.cell_of(place_m)?;
         let key = BlockKey::of(VoxelKey { x: cell[0], y: cell[1], z: 0 });
         let (cycle, index) = (self.cycle, index_of(cell));
@@ -109,11 +102,8 @@ impl PlaneOccupancy {
             self.refused_cells += 1;
             return None;
         };
-        let (counted, cell) = block.counted.get_mut(index).zip(block.cells.get_mut(index))?;
-        if *counted != cycle {
-            *counted = cycle;
-            count(cell);
-        }
+        let cell = block.cells.get_mut(index)?;
+        count(cell, cycle);
         Some(state_of(cell))
     }
 
@@ -196,20 +186,13 @@ impl PlaneOccupancy {
 
 impl PlaneBlock {
     fn new(now: u32) -> Self {
-        Self { cells: [Cell::default(); BLOCK_CELLS], counted: [0; BLOCK_CELLS], first_seen: now }
+        Self { cells: [Cell::default(); BLOCK_CELLS], first_seen: now }
     }
 }
 
 /// What is known of a cell of the plane.
 fn state_of(cell: &Cell) -> CellState {
-    let (hits, passes) = (u16::from(cell.hits()), u16::from(cell.passes()));
-    if cell.passes() >= LEAST_CYCLES && hits * PASSES_PER_HIT_WHERE_FREE <= passes {
-        CellState::Free
-    } else if cell.hits() >= LEAST_CYCLES && hits * PASSES_PER_HIT_WHERE_OCCUPIED >= passes {
-        CellState::Occupied
-    } else {
-        CellState::Unknown
-    }
+    cell.state_by(PASSES_PER_HIT)
 }
 
 /// The place of a cell within its block.

@@ -24,9 +24,6 @@ geometry::parameters! {
         /// What came into free space and stopped counts as moving for this long; then it is background.
         // Longer than a conversation's pause; furniture that was moved joins the map after it.
         stopped_object_s: f64 = 60.0, above_to(0.0, LONGEST_S);
-        /// Cycles in which a place must have been seen free before a return there counts as moving.
-        // Two may be one outlier seen by two cycles; three are not.
-        min_passes: u32 = 3, whole(1, 50);
         /// Standard deviation of a range, in quadrature with range_noise_ratio.
         // Rec-HV 4.3: deviations of up to 0.042 m over three scans of an empty room of 4 m.
         range_noise_m: f64 = 0.02, not_negative;
@@ -55,8 +52,6 @@ geometry::parameters! {
 const MOST_CELLS_A_SIDE: f64 = 4096.0;
 /// ... and no fewer than this: with a reach of a few cells no free space is observed.
 const LEAST_CELLS_A_SIDE: f64 = 8.0;
-/// Bytes of a cell of the evidence grid.
-const BYTES_OF_A_CELL: usize = 16;
 /// Times are counted in milliseconds of 32 bits.
 const LONGEST_S: f64 = 1e6;
 
@@ -70,7 +65,7 @@ impl FreeSpaceConfig {
     /// The memory of the evidence, which does not grow.
     #[must_use]
     pub fn evidence_bytes(&self) -> usize {
-        BYTES_OF_A_CELL * self.evidence_cells_a_side().pow(2)
+        size_of::<volume::Cell>() * self.evidence_cells_a_side().pow(2)
     }
 
     fn check_extent(&self) -> Result<(), ParameterError> {
@@ -98,14 +93,13 @@ mod tests {
     #[test]
     fn each_bad_parameter_is_named() {
         type Spoil = fn(&mut FreeSpaceConfig);
-        let cases: [(&str, Spoil); 14] = [
+        let cases: [(&str, Spoil); 13] = [
             ("evidence_cell_m", |c| c.evidence_cell_m = 0.0),
             ("evidence_extent_m", |c| c.evidence_extent_m = 1e6),
             ("evidence_extent_m", |c| c.evidence_extent_m = f64::NAN),
             ("evidence_reach_m", |c| c.evidence_reach_m = 11.0),
             ("evidence_memory_s", |c| c.evidence_memory_s = f64::INFINITY),
             ("stopped_object_s", |c| c.stopped_object_s = 0.0),
-            ("min_passes", |c| c.min_passes = 0),
             ("range_noise_m", |c| c.range_noise_m = -0.1),
             ("range_noise_ratio", |c| c.range_noise_ratio = 1.0),
             ("pose_noise_m", |c| c.pose_noise_m = f64::NAN),

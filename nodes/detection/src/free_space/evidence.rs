@@ -1,21 +1,16 @@
-//! Where the map's plane was observed free, and where background was observed.
+//! Where the map's plane was observed free, and where background was observed. [`volume::Cell`] has the rules for the evidence
+//! on a cell: once a cycle, decay, age, objects that stopped. This module has those for a return among cells.
 
-mod cell;
 mod grid;
 
 use nalgebra::Point2;
+use volume::{SAMPLES_PER_CELL, WIDEST_GAP_M};
 
 use super::clearance::clear_distances_m;
 use super::deskewed_scan::{DeskewedBeam, DeskewedScan, Return};
 use crate::config::FreeSpaceConfig;
 use grid::RollingGrid;
 
-/// Cells are sampled in steps of this share of their edge, in both directions. No cell centre is then farther than 0.495
-/// edges from a sample, so that no cell is missed.
-const SAMPLES_PER_CELL: f64 = 0.7;
-/// Two beams show the space between them free only if they are no farther apart: about a body's narrow
-/// side, so that no person fits between them. Beams of 1 degree are that far apart at 8.6 m.
-const WIDEST_WEDGE_M: f64 = 0.15;
 /// Above this rate a place is background, or may be: one return near it in five observations.
 const MAX_BACKGROUND_RATE: f64 = 0.2;
 /// Above this rate it is more likely background than free.
@@ -57,8 +52,6 @@ pub(super) enum ReturnLabel {
 pub(super) struct EvidenceGrid {
     grid: RollingGrid,
     reach_m: f64,
-    min_passes: f32,
-    memory_ms: u32,
     stopped_ms: u32,
 }
 
@@ -66,11 +59,12 @@ impl EvidenceGrid {
     /// An empty grid.
     pub(super) fn new(config: &FreeSpaceConfig) -> Self {
         Self {
-            grid: RollingGrid::new(config.evidence_cell_m, config.evidence_cells_a_side()),
+            grid: RollingGrid::new(
+                config.evidence_cell_m,
+                config.evidence_cells_a_side(),
+                (config.evidence_memory_s * 1e3) as u32,
+            ),
             reach_m: config.evidence_reach_m,
-            // The decay makes counts slightly lower than whole numbers.
-            min_passes: config.min_passes as f32 - 0.5,
-            memory_ms: (config.evidence_memory_s * 1e3) as u32,
             stopped_ms: (config.stopped_object_s * 1e3) as u32,
         }
     }
@@ -95,15 +89,13 @@ impl EvidenceGrid {
         if f64::from(hit.range_m) > self.reach_m {
             return ReturnClass::Ambiguous;
         }
-        let center = self.grid.key_of(&hit.in_map_m);
-        let passes = self.grid.cell(center).map_or(0.0, |cell| cell.passes(now_ms, self.memory_ms));
+        let center = self.grid.cell(self.grid.key_of(&hit.in_map_m), now_ms);
         let radius_m = hit.error_m + 0.5 * self.grid.edge_m();
-        let ends: f32 = self.ends_around(&hit.in_map_m, radius_m, now_ms).sum();
-        let (passed, ended) = (f64::from(passes), f64::from(ends));
-        let background_rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
-        if passes >= self.min_passes && background_rate <= MAX_BACKGROUND_RATE {
+        let hits = self.hits_around(&hit.in_map_m, radius_m, now_ms).sum();
+        let background_rate = background_rate(hits, center.passes());
+        if center.was_passed() && background_rate <= MAX_BACKGROUND_RATE {
             ReturnClass::InFreeSpace { background_rate }
-        } else if ended < PRIOR {
+        } else if hits == 0 {
             ReturnClass::Unknown
         } else if background_rate > BACKGROUND_RATE {
             ReturnClass::Background
@@ -119,7 +111,7 @@ impl EvidenceGrid {
         radius_m: f64,
         now_ms: u32,
     ) -> bool {
-        self.ends_around(place_m, radius_m, now_ms).any(|ends| f64::from(ends) >= PRIOR)
+        self.hits_around(place_m, radius_m, now_ms).any(|hits| hits > 0)
     }
 
     /// The range along a beam of the first place behind its return that is background, to half a cell; `None` where none is
@@ -136,48 +128,44 @@ impl EvidenceGrid {
         let samples = ((self.reach_m - first_m) / step_m).max(0.0) as u32;
         let is_background = |range_m: &f64| {
             let key = self.grid.key_of(&(beam.origin_m + beam.direction * *range_m));
-            self.grid.cell(key).is_some_and(|cell| {
-                let passed = f64::from(cell.passes(now_ms, self.memory_ms));
-                let ended = f64::from(cell.ends(now_ms, self.memory_ms));
-                let rate = (ended + PRIOR) / (passed + ended + 2.0 * PRIOR);
-                ended >= PRIOR && rate > BACKGROUND_RATE
-            })
+            let cell = self.grid.cell(key, now_ms);
+            let hits = u32::from(cell.hits());
+            hits > 0 && background_rate(hits, cell.passes()) > BACKGROUND_RATE
         };
         let mut ranges_m = (0..samples).map(|sample| first_m + f64::from(sample) * step_m);
         ranges_m.find(is_background).map(|range_m| range_m as f32)
     }
 
-    /// The counts of returns in the cells around a place.
-    fn ends_around(
+    /// The hits of the cells around a place.
+    fn hits_around(
         &self,
         place_m: &Point2<f64>,
         radius_m: f64,
         now_ms: u32,
-    ) -> impl Iterator<Item = f32> {
+    ) -> impl Iterator<Item = u32> {
         let center = self.grid.key_of(place_m);
         let around = (radius_m / self.grid.edge_m()).min(MOST_CELLS_BETWEEN).floor() as i64;
         (-around..=around)
             .flat_map(move |y| (-around..=around).map(move |x| [x, y]))
             .filter(move |[x, y]| x * x + y * y <= around * around)
-            .filter_map(move |[x, y]| self.grid.cell([center[0] + x, center[1] + y]))
-            .map(move |cell| cell.ends(now_ms, self.memory_ms))
+            .map(move |[x, y]| self.grid.cell([center[0] + x, center[1] + y], now_ms))
+            .map(|cell| u32::from(cell.hits()))
     }
 
     /// Adds a scan; `labels` has the label of each beam's return.
     pub(super) fn integrate(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
-        self.take_ends(scan, labels, now_ms);
+        self.take_hits(scan, labels, now_ms);
         self.take_passes(scan, now_ms);
     }
 
-    fn take_ends(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
-        let (memory_ms, stopped_ms) = (self.memory_ms, self.stopped_ms);
+    fn take_hits(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
         for (index, beam) in scan.beams.iter().enumerate() {
             let Some(hit) = &beam.hit else { continue };
             let key = self.grid.key_of(&hit.in_map_m);
-            if let Some(cell) = self.grid.cell_mut(key) {
+            if let Some(cell) = self.grid.cell_mut(key, now_ms) {
                 match labels[index] {
-                    ReturnLabel::Moving => cell.claim(now_ms, memory_ms, stopped_ms),
-                    ReturnLabel::Background => cell.end(now_ms, memory_ms),
+                    ReturnLabel::Moving => cell.hold_moving(now_ms, self.stopped_ms),
+                    ReturnLabel::Background => cell.hit(now_ms),
                     ReturnLabel::Undecided => {}
                 }
             }
@@ -189,12 +177,12 @@ impl EvidenceGrid {
                 && labels[next] == ReturnLabel::Background
                 && scan.is_one_surface(hit, next_hit)
             {
-                self.end_between(&hit.in_map_m, &next_hit.in_map_m, now_ms);
+                self.hit_between(&hit.in_map_m, &next_hit.in_map_m, now_ms);
             }
         }
     }
 
-    fn end_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>, now_ms: u32) {
+    fn hit_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>, now_ms: u32) {
         let offset_m = to_m - from_m;
         let samples = (offset_m.norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
             .min(MOST_CELLS_BETWEEN)
@@ -202,9 +190,8 @@ impl EvidenceGrid {
         for sample in 1..=samples as u32 {
             let point_m = from_m + offset_m * (f64::from(sample) / (samples + 1.0));
             let key = self.grid.key_of(&point_m);
-            let memory_ms = self.memory_ms;
-            if let Some(cell) = self.grid.cell_mut(key) {
-                cell.end(now_ms, memory_ms);
+            if let Some(cell) = self.grid.cell_mut(key, now_ms) {
+                cell.hit(now_ms);
             }
         }
     }
@@ -224,9 +211,8 @@ impl EvidenceGrid {
 
     fn pass_between(&mut self, right: &DeskewedBeam, left: &DeskewedBeam, far_m: f64, now_ms: u32) {
         let sample_m = SAMPLES_PER_CELL * self.grid.edge_m();
-        let memory_ms = self.memory_ms;
         let spread = (left.direction - right.direction).norm();
-        let far_m = far_m.min(WIDEST_WEDGE_M / spread);
+        let far_m = far_m.min(WIDEST_GAP_M / spread);
         for ring in 0..(far_m / sample_m) as u32 {
             let along_m = f64::from(ring) * sample_m;
             let from_m = right.origin_m + right.direction * along_m;
@@ -235,12 +221,18 @@ impl EvidenceGrid {
             for sample in 0..samples as u32 {
                 let point_m = from_m + offset_m * (f64::from(sample) / samples);
                 let key = self.grid.key_of(&point_m);
-                if let Some(cell) = self.grid.cell_mut(key) {
-                    cell.pass(now_ms, memory_ms);
+                if let Some(cell) = self.grid.cell_mut(key, now_ms) {
+                    cell.pass(now_ms);
                 }
             }
         }
     }
+}
+
+/// The probability that a return here is background.
+fn background_rate(hits: u32, passes: u8) -> f64 {
+    let (hits, passes) = (f64::from(hits), f64::from(passes));
+    (hits + PRIOR) / (hits + passes + 2.0 * PRIOR)
 }
 
 #[cfg(test)]

@@ -10,9 +10,6 @@ pub(super) type Bits = [u64; BLOCK_VOXELS / 64];
 #[derive(Clone, Debug, Default)]
 pub(super) struct OccupancyBlock {
     cells: Cells,
-    /// The voxels that the image with the number `image` hit.
-    hits: Bits,
-    image: u32,
     /// The number of the latest image that had it in view.
     pub(super) seen_by: u32,
 }
@@ -52,31 +49,14 @@ impl OccupancyBlock {
         }
     }
 
-    /// A point of this image is in a voxel. Returns whether it is the first one in this block.
-    pub(super) fn mark_hit(&mut self, index: usize, image: u32) -> bool {
-        let is_first = self.image != image;
-        if is_first {
-            (self.hits, self.image, self.seen_by) = (Bits::default(), image, image);
-        }
-        if let Some(bits) = self.hits.get_mut(index / 64) {
-            *bits |= 1 << (index % 64);
-        }
-        is_first
-    }
-
-    /// Adds the hits of this image to the evidence.
-    pub(super) fn join_hits(&mut self, image: u32, now: u32) {
-        if self.image == image {
-            let hits = self.hits;
-            self.for_each_of(&hits, |cell| cell.hit(now));
-        }
+    /// A voxel was hit.
+    pub(super) fn hit(&mut self, index: usize, image: u32, now: u32) {
+        self.seen_by = image;
+        self.cell_mut(index).hit(now);
     }
 
     /// All voxels were free, except those that were hit.
     pub(super) fn pass_all(&mut self, image: u32, now: u32) {
-        if self.image == image {
-            return self.pass(&[u64::MAX; BLOCK_VOXELS / 64], image, now);
-        }
         self.seen_by = image;
         match &mut self.cells {
             Cells::Same(cell) => cell.pass(now),
@@ -92,23 +72,12 @@ impl OccupancyBlock {
 
     /// Some voxels were free, except those that were hit.
     pub(super) fn pass(&mut self, voxels: &Bits, image: u32, now: u32) {
-        let mut free = *voxels;
-        if self.image == image {
-            free.iter_mut().zip(self.hits).for_each(|(free, hits)| *free &= !hits);
-        }
-        if free != Bits::default() {
-            self.seen_by = image;
-            self.for_each_of(&free, |cell| cell.pass(now));
-        }
-    }
-
-    fn for_each_of(&mut self, voxels: &Bits, mut change: impl FnMut(&mut Cell)) {
-        let cells = self.each();
-        for (cells, bits) in cells.chunks_exact_mut(64).zip(voxels) {
+        self.seen_by = image;
+        for (cells, bits) in self.each().chunks_exact_mut(64).zip(voxels) {
             let mut bits = *bits;
             while bits != 0 {
                 if let Some(cell) = cells.get_mut(bits.trailing_zeros() as usize) {
-                    change(cell);
+                    cell.pass(now);
                 }
                 bits &= bits - 1;
             }

@@ -40,20 +40,12 @@ impl Occupancy {
         update: &mut OccupancyUpdate,
     ) {
         let (image, now) = (self.image, self.now);
-        let mut blocks: Vec<BlockKey> = Vec::new();
         for point in points_in_map {
             let is_in_reach = nalgebra::distance(point, camera_in_map) <= self.config.reach_m;
             let Some(voxel) = self.voxel(point).filter(|_| is_in_reach) else { continue };
-            let key = BlockKey::of(voxel);
-            let slot = self.slot_or_new(key, update);
-            let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) else { continue };
-            if block.mark_hit(voxel_index(voxel), image) {
-                blocks.push(key);
-            }
-        }
-        for key in blocks {
-            if let Some(block) = self.layer.get_mut(key) {
-                block.join_hits(image, now);
+            let slot = self.slot_or_new(BlockKey::of(voxel), update);
+            if let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) {
+                block.hit(voxel_index(voxel), image, now);
             }
         }
     }

@@ -6,15 +6,15 @@ use super::PlaneOccupancy;
 
 /// Cells are sampled in steps of this share of their edge, in both directions: no cell's centre is then farther than half of
 /// the cell's edge from a sample.
-const SAMPLES_PER_CELL: f64 = 0.7;
+pub const SAMPLES_PER_CELL: f64 = 0.7;
 /// Space is passed up to so many edges before what a ray ends at.
 const MARGIN_IN_EDGES: f64 = 0.1;
 /// A surface is in the cell of the body behind it: a ray hits the place so many edges behind its end. A surface between two cells is
 /// then in the one that the body is in.
 const INTO_BODY_IN_EDGES: f64 = 0.5;
 /// Two rays show the space between them free, or the surface between their ends, only where they are no farther apart: about a
-/// body's narrow side, so that no person fits between them.
-const WIDEST_GAP_M: f64 = 0.15;
+/// body's narrow side, so that no person fits between them. Rays of 1 degree are that far apart at 8.6 m.
+pub const WIDEST_GAP_M: f64 = 0.15;
 /// A ray is used no farther than so many cells: it bounds the time.
 const MOST_CELLS_ALONG: f64 = 2000.0;
 

@@ -1,8 +1,7 @@
 //! Square cells of the map's plane around the platform, in a window that moves with it.
 
 use nalgebra::Point2;
-
-use super::cell::Cell;
+use volume::Cell;
 
 /// A cell's place in the map's plane, in cells from the origin.
 pub(super) type CellKey = [i64; 2];
@@ -18,24 +17,27 @@ pub(super) struct RollingGrid {
     corner: CellKey,
     /// The corner's place in memory along each axis.
     corner_place: CellKey,
+    /// Evidence that was not renewed for this long is forgotten.
+    memory_ms: u32,
     cells: Vec<Cell>,
 }
 
 impl RollingGrid {
     /// An empty window of `side` cells of `edge_m` each way; both are positive.
-    pub(super) fn new(edge_m: f64, side: usize) -> Self {
+    pub(super) fn new(edge_m: f64, side: usize, memory_ms: u32) -> Self {
         Self {
             edge_m,
             cells_per_m: 1.0 / edge_m,
             side: side as i64,
             corner: [0, 0],
             corner_place: [0, 0],
-            cells: vec![Cell::EMPTY; side * side],
+            memory_ms,
+            cells: vec![Cell::default(); side * side],
         }
     }
 
     pub(super) fn clear(&mut self) {
-        self.cells.fill(Cell::EMPTY);
+        self.cells.fill(Cell::default());
     }
 
     pub(super) fn edge_m(&self) -> f64 {
@@ -74,7 +76,7 @@ impl RollingGrid {
                 let line = line.rem_euclid(self.side);
                 for other in 0..self.side {
                     let place = if axis == 0 { [line, other] } else { [other, line] };
-                    self.cells[(place[1] * self.side + place[0]) as usize] = Cell::EMPTY;
+                    self.cells[(place[1] * self.side + place[0]) as usize] = Cell::default();
                 }
             }
         }
@@ -95,12 +97,21 @@ impl RollingGrid {
         Some((place[1] * self.side + place[0]) as usize)
     }
 
-    pub(super) fn cell(&self, key: CellKey) -> Option<&Cell> {
-        self.place(key).map(|place| &self.cells[place])
+    /// The evidence on a cell; none outside of the window.
+    #[inline]
+    pub(super) fn cell(&self, key: CellKey, now_ms: u32) -> Cell {
+        let mut cell = self.place(key).map_or_else(Cell::default, |place| self.cells[place]);
+        cell.forget_after(self.memory_ms, now_ms);
+        cell
     }
 
-    pub(super) fn cell_mut(&mut self, key: CellKey) -> Option<&mut Cell> {
-        self.place(key).map(|place| &mut self.cells[place])
+    /// The evidence on a cell of the window, to be renewed.
+    #[inline]
+    pub(super) fn cell_mut(&mut self, key: CellKey, now_ms: u32) -> Option<&mut Cell> {
+        let place = self.place(key)?;
+        let cell = &mut self.cells[place];
+        cell.forget_after(self.memory_ms, now_ms);
+        Some(cell)
     }
 }
 
@@ -112,10 +123,10 @@ mod tests {
 
     #[test]
     fn places_far_away_or_not_finite_are_outside() {
-        let mut grid = RollingGrid::new(0.05, 16);
+        let mut grid = RollingGrid::new(0.05, 16, 10);
         for far in [1e300, -1e300, f64::INFINITY, f64::NEG_INFINITY] {
             let key = grid.key_of(&Point2::new(far, 0.0));
-            assert!(grid.cell(key).is_none());
+            assert!(grid.cell_mut(key, 1).is_none());
             grid.center_on(&Point2::new(far, far));
             grid.center_on(&Point2::origin());
         }
@@ -129,19 +140,17 @@ mod tests {
             centers in prop::collection::vec((-40i64..40, -40i64..40), 1..8),
             marked in (-20i64..20, -20i64..20),
         ) {
-            let mut grid = RollingGrid::new(1.0, 16);
+            let mut grid = RollingGrid::new(1.0, 16, 10);
             let key = [marked.0, marked.1];
             grid.center_on(&Point2::new(marked.0 as f64 + 0.5, marked.1 as f64 + 0.5));
-            grid.cell_mut(key).unwrap().pass(1, 10);
+            grid.cell_mut(key, 1).unwrap().pass(1);
             let mut stayed = true;
             for (x, y) in centers {
                 grid.center_on(&Point2::new(x as f64 + 0.5, y as f64 + 0.5));
-                stayed &= grid.cell(key).is_some();
-                let passes: f32 = grid.cells.iter().map(|cell| cell.passes(1, 10)).sum();
-                prop_assert_eq!(passes, if stayed { 1.0 } else { 0.0 });
-                if let Some(cell) = grid.cell(key) {
-                    prop_assert_eq!(cell.passes(1, 10), if stayed { 1.0 } else { 0.0 });
-                }
+                stayed &= grid.place(key).is_some();
+                let passes: u8 = grid.cells.iter().map(Cell::passes).sum();
+                prop_assert_eq!(passes, u8::from(stayed));
+                prop_assert_eq!(grid.cell(key, 1).passes(), u8::from(stayed));
             }
         }
     }
