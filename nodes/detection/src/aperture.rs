@@ -1,6 +1,7 @@
 //! The forward aperture: the beams of a scan that are used, and their directions in the rig frame.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::Range;
 
 use geometry::Scan;
 use nalgebra::{Isometry3, Vector3};
@@ -89,13 +90,23 @@ impl Aperture {
                 angle_increment_rad: increments,
             });
         }
-        let bounds_rad = (-0.5 * aperture_rad - ROUNDING_RAD)..(0.5 * aperture_rad - ROUNDING_RAD);
+        let bounds_rad = bounds_rad(aperture_rad);
         let mut directions: Vec<(usize, f64)> = (0..angles.beams)
             .map(|index| (index, azimuth_in_rig_rad(scan.azimuth_rad(index), rig_from_lidar)))
             .filter(|(_, azimuth_rad)| bounds_rad.contains(azimuth_rad))
             .collect();
         directions.sort_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
         Ok(Self { angles, directions })
+    }
+
+    /// The places of the beams that a narrower aperture has, among those of this one.
+    #[must_use]
+    pub fn places_within(&self, aperture_rad: f64) -> Range<usize> {
+        let bounds_rad = bounds_rad(aperture_rad);
+        let before = |bound_rad: f64| {
+            self.directions.partition_point(|(_, azimuth_rad)| *azimuth_rad < bound_rad)
+        };
+        before(bounds_rad.start)..before(bounds_rad.end)
     }
 
     /// Whether `scan` has the angles that this aperture was made for.
@@ -128,6 +139,11 @@ impl Aperture {
             })
             .collect()
     }
+}
+
+/// The azimuths of an aperture, in the rig frame.
+fn bounds_rad(aperture_rad: f64) -> Range<f64> {
+    (-0.5 * aperture_rad - ROUNDING_RAD)..(0.5 * aperture_rad - ROUNDING_RAD)
 }
 
 fn azimuth_in_rig_rad(azimuth_in_scan_rad: f64, rig_from_lidar: &Isometry3<f64>) -> f64 {
@@ -257,6 +273,9 @@ mod tests {
             prop_assert!(cropped.windows(2).all(|w| w[0].azimuth_rad <= w[1].azimuth_rad));
             let half_rad = 0.5 * aperture_rad + ROUNDING_RAD;
             prop_assert!(cropped.iter().all(|beam| beam.azimuth_rad.abs() <= half_rad));
+            // The same beams are found among those of the whole turn.
+            let whole = Aperture::new(&scan, &pose_from_vector(&mount), TAU).unwrap();
+            prop_assert_eq!(&whole.crop(&scan)[whole.places_within(aperture_rad)], &cropped[..]);
         }
     }
 }

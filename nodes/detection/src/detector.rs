@@ -7,7 +7,7 @@ mod surround;
 
 use std::sync::Arc;
 
-use crate::aperture::{Aperture, Beam, ScanAnglesError};
+use crate::aperture::ScanAnglesError;
 use crate::config::DetectionConfig;
 pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, View};
 use finder::Finder;
@@ -17,13 +17,14 @@ use geometry::{
     PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan, VoxelAccumulator,
     check_pose, pose_vector,
 };
+use surround::{ScanBeams, Surround};
 
 /// Finds the dynamic zones of each cycle and reduces its cloud (Rec-HV 3.3.2).
 #[derive(Clone, Debug)]
 pub struct Detector {
     config: DetectionConfig,
     mounts: RigMounts,
-    aperture: Option<Aperture>,
+    surround: Option<Surround>,
     finder: Finder,
     voxels: VoxelAccumulator,
     cloud_camera: CloudCamera,
@@ -41,7 +42,7 @@ impl Detector {
         let grid = config.pipeline.voxel_grid()?;
         Ok(Self {
             mounts,
-            aperture: None,
+            surround: None,
             finder: Finder::new(&config, mounts.rig_from_lidar),
             voxels: VoxelAccumulator::new(grid),
             cloud_camera: CloudCamera::default(),
@@ -82,10 +83,10 @@ impl Detector {
         check_pose(input.map_from_rig)?;
         let (depth, not_pinhole) = self.depth_frame(input.view)?;
 
-        // 3.2.1, eq. 1: the beams of the aperture.
+        // 3.2.1, eq. 1: the beams, and those of the aperture.
         let (beams, window_restarted) = self.crop(input.scan)?;
         // 3.2.1.1 to 3.2.2, or what stands in observed free space: where something moves.
-        let found = self.finder.find(input, &beams, &mut observe)?;
+        let found = self.finder.find(input, &beams, &mut observe);
 
         // 3.2.3: the voxel grid of the cloud.
         let ReducedDepth { cloud: reduced_cloud, voxel_points, points_before_reduction } =
@@ -111,7 +112,7 @@ impl Detector {
             scan_rays: Arc::new(found.rays),
         };
         let statistics = CycleStatistics {
-            beams: beams.len(),
+            beams: beams.within.len(),
             filled_beams: found.filled_beams,
             max_std_dev_m: found.max_std_dev_m,
             high_variability_beams: found.high_variability_beams,
@@ -127,7 +128,7 @@ impl Detector {
 
     /// Forgets the scans, the zones and the clouds of the past, as after a jump of the clock. The cycles count on.
     pub fn forget(&mut self) {
-        self.aperture = None;
+        self.surround = None;
         self.finder.clear();
         self.cloud_camera = CloudCamera::default();
     }
@@ -145,7 +146,7 @@ impl Detector {
         };
         rig.validate()?;
         self.mounts = *mounts;
-        self.aperture = None;
+        self.surround = None;
         self.finder = Finder::new(&self.config, mounts.rig_from_lidar);
         self.cloud_camera = CloudCamera::default();
         Ok(())
@@ -157,16 +158,14 @@ impl Detector {
         self.finder.follow_path(path);
     }
 
-    /// The scan's beams in the aperture, and whether its geometry is another than before.
-    fn crop(&mut self, scan: &Scan) -> Result<(Vec<Beam>, bool), ScanAnglesError> {
-        if let Some(aperture) = &self.aperture
-            && aperture.fits(scan)
-        {
-            return Ok((aperture.crop(scan), false));
+    /// The scan's beams, and whether its geometry is another than before.
+    fn crop(&mut self, scan: &Scan) -> Result<(ScanBeams, bool), ScanAnglesError> {
+        if let Some(surround) = self.surround.as_ref().filter(|surround| surround.fits(scan)) {
+            return Ok((surround.crop(scan), false));
         }
-        let aperture = Aperture::new(scan, &self.mounts.rig_from_lidar, self.config.aperture_rad)?;
-        let beams = aperture.crop(scan);
-        let window_restarted = self.aperture.replace(aperture).is_some();
+        let surround = Surround::new(scan, &self.mounts.rig_from_lidar, self.config.aperture_rad)?;
+        let beams = surround.crop(scan);
+        let window_restarted = self.surround.replace(surround).is_some();
         self.finder.clear_window();
         Ok((beams, window_restarted))
     }

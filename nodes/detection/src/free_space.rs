@@ -29,6 +29,7 @@ mod tracker;
 mod zones;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use geometry::{DynamicZone, MovingBeam, Scan, ScanRay, Stamp, ZoneSource};
 use nalgebra::Isometry3;
@@ -82,7 +83,8 @@ pub struct MotionInput<'a> {
 /// The deviations of a cycle, and what [`MotionFinder::find`] needs beside them.
 #[derive(Clone, Debug)]
 pub struct Deviations {
-    scan: DeskewedScan,
+    /// Shared with the window of scans.
+    scan: Arc<DeskewedScan>,
     std_dev_m: Option<Vec<Option<f32>>>,
     now_ms: u32,
     platform_moves: bool,
@@ -176,10 +178,10 @@ impl MotionFinder {
             pose_stamp: input.pose_stamp,
             motion: &motion,
         };
-        let scan = DeskewedScan::new(&turn_input, &self.config.free_space);
+        let scan = Arc::new(DeskewedScan::new(&turn_input, &self.config.free_space));
         let now_ms = self.now_ms(input.scan.stamp);
         if scan.beams.iter().any(|beam| beam.hit.is_some()) {
-            self.window.push(scan.clone());
+            self.window.push(Arc::clone(&scan));
         }
         Deviations {
             std_dev_m: self.window.std_dev_m(),
@@ -202,16 +204,20 @@ impl MotionFinder {
             .map(|beam| beam.hit.as_ref().map(|hit| self.classify(hit, *now_ms)))
             .collect();
         // Runs are searched in the whole scan: moving objects behind the rig are not background either.
-        let runs = self.runs(scan, &classes, within);
+        let mut runs = self.runs(scan, &classes, within);
         self.tracker.update(scan, &classes, &runs, *now_ms, *platform_moves);
+        let mut has_changed = false;
         for (beam, _) in self.tracker.travelling().flat_map(|beams| scan.returns_of_object(beams)) {
             if let Some(class @ (ReturnClass::Unknown | ReturnClass::Ambiguous)) =
                 &mut classes[beam]
             {
                 *class = ReturnClass::InFreeSpace { background_rate: RATE_OF_TRAVELLING_OBJECT };
+                has_changed = true;
             }
         }
-        let runs = self.runs(scan, &classes, within);
+        if has_changed {
+            runs = self.runs(scan, &classes, within);
+        }
         let runs = self.moving(scan, runs, *now_ms, *platform_moves);
         let mut labels = vec![ReturnLabel::Background; scan.beams.len()];
         // Otherwise earlier returns of a person who walks away would count as background, since poses are not exact.

@@ -10,7 +10,7 @@ use self::free_space::FreeSpaceFinder;
 use self::variability::VariabilityFinder;
 use super::cycle::{CycleInput, Step};
 use super::found::Found;
-use crate::aperture::{Beam, ScanAnglesError};
+use super::surround::ScanBeams;
 use crate::config::DetectionConfig;
 
 /// Finds the zones of a cycle by one of the methods.
@@ -31,19 +31,16 @@ impl Finder {
         }
     }
 
-    /// The zones of a cycle whose scan has these beams in the aperture. `observe` is called at the end of each stage.
-    ///
-    /// # Errors
-    /// When the scan's angles mean nothing.
+    /// The zones of a cycle whose scan has these beams. `observe` is called at the end of each stage.
     pub(super) fn find(
         &mut self,
         input: &CycleInput<'_>,
-        in_aperture: &[Beam],
+        beams: &ScanBeams,
         observe: &mut impl FnMut(Step),
-    ) -> Result<Found, ScanAnglesError> {
+    ) -> Found {
         match self {
-            Self::RecHv(finder) => Ok(finder.find(input.scan, in_aperture, observe)),
-            Self::FreeSpace(finder) => finder.find(input, in_aperture, observe),
+            Self::RecHv(finder) => finder.find(input.scan, beams.in_aperture(), observe),
+            Self::FreeSpace(finder) => finder.find(input, beams, observe),
         }
     }
 
@@ -51,8 +48,7 @@ impl Finder {
     pub(super) fn clear_window(&mut self) {
         match self {
             Self::RecHv(finder) => finder.clear_window(),
-            // It looks at the whole turn, and sees by itself whether that is another.
-            Self::FreeSpace(_) => {}
+            Self::FreeSpace(finder) => finder.clear_window(),
         }
     }
 

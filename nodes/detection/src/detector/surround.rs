@@ -15,20 +15,32 @@ pub(super) struct Surround {
     within: Range<usize>,
 }
 
+/// The beams of one scan with what they measured, by azimuth.
+#[derive(Clone, Debug)]
+pub(super) struct ScanBeams {
+    /// All of them.
+    pub(super) all: Vec<Beam>,
+    /// The places of the aperture's beams among them.
+    pub(super) within: Range<usize>,
+}
+
+impl ScanBeams {
+    /// Those of the aperture.
+    pub(super) fn in_aperture(&self) -> &[Beam] {
+        self.all.get(self.within.clone()).unwrap_or_default()
+    }
+}
+
 impl Surround {
-    /// The surround of the scans like `scan`, whose aperture holds `in_aperture`.
+    /// The surround of the scans like `scan`, with an aperture of `aperture_rad`.
     pub(super) fn new(
         scan: &Scan,
         rig_from_lidar: &Isometry3<f64>,
-        in_aperture: &[Beam],
+        aperture_rad: f64,
     ) -> Result<Self, ScanAnglesError> {
         let whole = Aperture::new(scan, rig_from_lidar, TAU)?;
-        // Both are sorted alike, so that the beams of the aperture stand side by side here too.
-        let first = in_aperture.first().map_or(0, |first| {
-            whole.crop(scan).iter().position(|beam| beam.index == first.index).unwrap_or(0)
-        });
-        let end = (first + in_aperture.len()).min(whole.len());
-        Ok(Self { whole, within: first..end })
+        let within = whole.places_within(aperture_rad);
+        Ok(Self { whole, within })
     }
 
     /// Whether `scan` has the angles that this surround was made for.
@@ -36,13 +48,8 @@ impl Surround {
         self.whole.fits(scan)
     }
 
-    /// All beams with what they measured, by azimuth.
-    pub(super) fn beams(&self, scan: &Scan) -> Vec<Beam> {
-        self.whole.crop(scan)
-    }
-
-    /// The places of the aperture's beams among them.
-    pub(super) fn within(&self) -> &Range<usize> {
-        &self.within
+    /// The beams of a scan.
+    pub(super) fn crop(&self, scan: &Scan) -> ScanBeams {
+        ScanBeams { all: self.whole.crop(scan), within: self.within.clone() }
     }
 }

@@ -2,6 +2,7 @@
 //! present frame.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use nalgebra::{Point2, Vector2};
 
@@ -11,7 +12,7 @@ use super::deskewed_scan::{DeskewedScan, Return};
 #[derive(Clone, Debug)]
 pub(super) struct ScanWindow {
     window_scans: usize,
-    scans: VecDeque<DeskewedScan>,
+    scans: VecDeque<Arc<DeskewedScan>>,
 }
 
 impl ScanWindow {
@@ -30,11 +31,11 @@ impl ScanWindow {
 
     /// The scan before the newest.
     pub(super) fn previous(&self) -> Option<&DeskewedScan> {
-        self.scans.len().checked_sub(2).and_then(|place| self.scans.get(place))
+        self.scans.len().checked_sub(2).and_then(|place| self.scans.get(place)).map(|scan| &**scan)
     }
 
     /// Adds the next scan; a full window drops the oldest.
-    pub(super) fn push(&mut self, scan: DeskewedScan) {
+    pub(super) fn push(&mut self, scan: Arc<DeskewedScan>) {
         if self.scans.len() == self.window_scans {
             self.scans.pop_front();
         }

@@ -5,26 +5,21 @@ use nalgebra::Isometry3;
 
 use super::super::cycle::{CycleInput, Step};
 use super::super::found::Found;
-use super::super::surround::Surround;
-use crate::aperture::{Beam, ScanAnglesError};
+use super::super::surround::ScanBeams;
 use crate::config::DetectionConfig;
 use crate::free_space::{MotionFinder, MotionInput};
 
 /// Finds the zones by the free space that was observed before.
 #[derive(Clone, Debug)]
 pub(in crate::detector) struct FreeSpaceFinder {
-    rig_from_lidar: Isometry3<f64>,
     motion: MotionFinder,
-    surround: Option<Surround>,
     continuous: ContinuousFrame,
 }
 
 impl FreeSpaceFinder {
     pub(super) fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
         Self {
-            rig_from_lidar,
             motion: MotionFinder::new(config, rig_from_lidar),
-            surround: None,
             continuous: ContinuousFrame::default(),
         }
     }
@@ -32,9 +27,9 @@ impl FreeSpaceFinder {
     pub(super) fn find(
         &mut self,
         input: &CycleInput<'_>,
-        in_aperture: &[Beam],
+        beams: &ScanBeams,
         observe: &mut impl FnMut(Step),
-    ) -> Result<Found, ScanAnglesError> {
+    ) -> Found {
         let map_from_continuous =
             self.continuous.map_from_continuous(input.view.stamp(), input.map_frame_id);
         // Where the map was corrected the pose jumps, and the platform has not moved.
@@ -42,35 +37,31 @@ impl FreeSpaceFinder {
             None => *input.map_from_rig,
             Some(map_from_continuous) => map_from_continuous.inverse() * input.map_from_rig,
         };
-        let surround = match &mut self.surround {
-            Some(surround) if surround.fits(input.scan) => surround,
-            other => {
-                self.motion.clear_window();
-                other.insert(Surround::new(input.scan, &self.rig_from_lidar, in_aperture)?)
-            }
-        };
-        let beams = surround.beams(input.scan);
         observe(Step::GapFill);
         let motion_input = MotionInput {
             scan: input.scan,
-            beams: &beams,
+            beams: &beams.all,
             map_from_rig: &continuous_from_rig,
             map_frame_id: input.map_frame_id,
             pose_stamp: input.view.stamp(),
         };
         let deviations = self.motion.take_in(&motion_input);
         observe(Step::Variability);
-        let mut search = self.motion.find(&deviations, surround.within());
+        let mut search = self.motion.find(&deviations, &beams.within);
         observe(Step::ZoneSearch);
         for hit in &mut search.hits {
-            hit.index = beams[hit.index as usize].index as u32;
+            hit.index = beams.all[hit.index as usize].index as u32;
         }
         search.hits.sort_by_key(|hit| hit.index);
-        Ok(Found::by_free_space(search, map_from_continuous))
+        Found::by_free_space(search, map_from_continuous)
+    }
+
+    /// The scan's geometry is another than before.
+    pub(super) fn clear_window(&mut self) {
+        self.motion.clear_window();
     }
 
     pub(super) fn clear(&mut self) {
-        self.surround = None;
         self.continuous.clear();
         self.motion.clear();
     }

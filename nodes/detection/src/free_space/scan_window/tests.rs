@@ -35,7 +35,7 @@ proptest! {
         let mut warped = ScanWindow::new(window_scans);
         for scan in &scans {
             thesis.push(scan.clone());
-            warped.push(static_scan(&StaticPlatform::default(), scan));
+            warped.push(Arc::new(static_scan(&StaticPlatform::default(), scan)));
         }
         let expected = thesis.statistics().map(|statistics| statistics.std_dev_m);
         let got = warped.std_dev_m().map(|beams| beams.into_iter().map(Option::unwrap).collect());
@@ -52,7 +52,7 @@ fn a_gap_is_unknown_and_does_not_change_other_beams() {
         let mut ranges_m: Vec<f32> = (0..360).map(|_| 3.0 + dice.uniform() as f32).collect();
         thesis.push(ranges_m.clone());
         ranges_m[gap] = f32::INFINITY;
-        warped.push(static_scan(&StaticPlatform::default(), &ranges_m));
+        warped.push(Arc::new(static_scan(&StaticPlatform::default(), &ranges_m)));
     }
     let expected = thesis.statistics().unwrap().std_dev_m;
     let got = warped.std_dev_m().unwrap();
@@ -75,7 +75,7 @@ fn on_a_moving_platform_the_static_room_hardly_deviates_where_it_was_seen() {
             beam.hit.map_or(0.0, |hit| hit.range_m)
         };
         plain.push(scan.beams.iter().map(range_m).collect());
-        warped.push(scan.clone());
+        warped.push(Arc::new(scan.clone()));
     }
     let plain_m = plain.statistics().unwrap().std_dev_m;
     let warped_m = warped.std_dev_m().unwrap();
