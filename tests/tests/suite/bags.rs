@@ -1,6 +1,7 @@
 //! Bags made for a test.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use bag_player::{Bag, BagMessage, BagWriter, OfferedQos, Selection};
 use geometry::{CameraModel, Cloud, DepthImage, Stamp};
@@ -13,8 +14,17 @@ use crate::program::succeed;
 
 /// The bag of the small simulated room: a person crosses it.
 pub(crate) fn small_room(folder: &Path) -> PathBuf {
-    let bag = folder.join("small.mcap");
-    succeed(["simulate", "small", "-o", bag.to_str().unwrap()]);
+    static BAG: OnceLock<Vec<u8>> = OnceLock::new();
+    made_once(&BAG, folder.join("small.mcap"), &["simulate", "small"])
+}
+
+/// A bag that this command writes: the program runs for the first test that wants it, and the others get a copy.
+pub(crate) fn made_once(bytes: &OnceLock<Vec<u8>>, bag: PathBuf, command: &[&str]) -> PathBuf {
+    let bytes = bytes.get_or_init(|| {
+        succeed(command.iter().chain(&["-o", bag.to_str().unwrap()]));
+        std::fs::read(&bag).unwrap()
+    });
+    std::fs::write(&bag, bytes).unwrap();
     bag
 }
 

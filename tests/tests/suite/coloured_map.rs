@@ -1,18 +1,18 @@
 //! A bag with a colour camera gives a map with colours, and a grid, whatever connects the nodes.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use geometry::{NO_COLOUR, OrientedPoints, pcd, ply};
 
-use crate::bags::small_room;
+use crate::bags::{made_once, small_room};
 use crate::local_run::files_of;
 use crate::program::{stillmap, succeed, summary};
 
 /// The small room with a colour camera beside the depth camera.
 fn coloured_room(folder: &Path) -> PathBuf {
-    let bag = folder.join("coloured.mcap");
-    succeed(["simulate", "small", "--colour", "-o", bag.to_str().unwrap()]);
-    bag
+    static BAG: OnceLock<Vec<u8>> = OnceLock::new();
+    made_once(&BAG, folder.join("coloured.mcap"), &["simulate", "small", "--colour"])
 }
 
 fn run(bag: &Path, out: &Path, more: &[&str]) {

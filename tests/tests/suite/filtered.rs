@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use bag_player::{Bag, BagMessage, Selection};
@@ -13,9 +14,10 @@ use node_shell::{Node, Qos, Role, RosArguments, Transport};
 use serde_json::Value;
 use tokio::time::timeout;
 
-use crate::bags::small_room;
+use crate::bags::{made_once, small_room};
 use crate::program::{Running, stillmap, succeed};
 use crate::python::python_with;
+use crate::recorded_kitchen::kitchen;
 
 const SCAN: &str = "/scan";
 const DEPTH: &str = "/camera/depth/image_raw";
@@ -148,10 +150,10 @@ fn crowd(folder: &Path) -> PathBuf {
                  cx_px: 78.25, cy_px: 58.5, distortion: None}}";
     let scene = std::fs::read_to_string(scene).unwrap();
     assert!(scene.contains(whole));
-    let (file, bag) = (folder.join("crowd.yaml"), folder.join("crowd.mcap"));
+    static BAG: OnceLock<Vec<u8>> = OnceLock::new();
+    let file = folder.join("crowd.yaml");
     std::fs::write(&file, scene.replace(whole, small)).unwrap();
-    succeed(["simulate", file.to_str().unwrap(), "-o", bag.to_str().unwrap()]);
-    bag
+    made_once(&BAG, folder.join("crowd.mcap"), &["simulate", file.to_str().unwrap()])
 }
 
 #[test]
@@ -179,33 +181,13 @@ fn a_mapper_of_others_sees_no_ghosts_of_a_crowd() {
     }
 }
 
-/// The recording of a person in a kitchen; where it is absent, the test says so and ends.
-const KITCHEN: &str = "../shared/data/dynamic-depth-kitchen/data_01-05-11";
 /// A pixel is steady in an image when its depth is so near to its median over all images.
 const STEADY_MM: u16 = 50;
 
 #[test]
 fn the_person_goes_from_the_kitchens_images_and_the_room_stays() {
-    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(KITCHEN);
-    if !recording.is_dir() {
-        return println!("skipped: the recording dynamic-depth-kitchen is not here");
-    }
     let folder = tempfile::tempdir().unwrap();
-    let bag = folder.path().join("kitchen.mcap");
-    let (depth, masks) = (recording.join("depth"), recording.join("mask_derived"));
-    succeed(
-        ["import", "depth", depth.to_str().unwrap(), "--masks", masks.to_str().unwrap()]
-            .iter()
-            .chain(&[
-                "--intrinsics",
-                "365,365,256,212",
-                "--rate",
-                "10",
-                "--scan-from-depth",
-                "-o",
-                bag.to_str().unwrap(),
-            ]),
-    );
+    let Some(bag) = kitchen(folder.path()) else { return };
     let (out, printed) = filtered(&bag, &[]);
     let depths = |bag: &Path| -> Vec<Vec<u16>> {
         let images = of::<Image>(&messages(bag), DEPTH);

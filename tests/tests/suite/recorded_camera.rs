@@ -2,9 +2,11 @@
 //! Where the recording is absent, the tests say so and end.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use serde_json::Value;
 
+use crate::bags::made_once;
 use crate::program::{succeed, summary};
 
 const RECORDING: &str = "../shared/data/tum-fr1-rpy/rgbd_dataset_freiburg1_rpy";
@@ -16,9 +18,9 @@ pub(crate) fn recording(folder: &Path) -> Option<(PathBuf, PathBuf)> {
         println!("skipped: the recording tum-fr1-rpy is not here");
         return None;
     }
-    let bag = folder.join("rpy.mcap");
-    let (from, to) = (path.to_str().unwrap(), bag.to_str().unwrap());
-    succeed(["import", "tum", from, "--scan-from-depth", "-o", to]);
+    static BAG: OnceLock<Vec<u8>> = OnceLock::new();
+    let import = ["import", "tum", path.to_str().unwrap(), "--scan-from-depth"];
+    let bag = made_once(&BAG, folder.join("rpy.mcap"), &import);
     Some((bag, path.join("groundtruth.txt")))
 }
 

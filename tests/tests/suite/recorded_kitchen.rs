@@ -2,41 +2,33 @@
 //! The recording may not be passed on; where it is absent, the test says so and ends.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
+use crate::bags::made_once;
 use crate::program::{succeed, summary};
 
 const RECORDING: &str = "../shared/data/dynamic-depth-kitchen/data_01-05-11";
 
-fn recording() -> Option<PathBuf> {
+/// The recording as a bag with a scan.
+pub(crate) fn kitchen(folder: &Path) -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(RECORDING);
-    if path.is_dir() {
-        Some(path)
-    } else {
+    if !path.is_dir() {
         println!("skipped: the recording dynamic-depth-kitchen is not here");
-        None
+        return None;
     }
+    static BAG: OnceLock<Vec<u8>> = OnceLock::new();
+    let (depth, masks) = (path.join("depth"), path.join("mask_derived"));
+    let (depth, masks) = (depth.to_str().unwrap(), masks.to_str().unwrap());
+    let import = ["import", "depth", depth, "--masks", masks, "--scan-from-depth"];
+    let camera = ["--intrinsics", "365,365,256,212", "--rate", "10"];
+    Some(made_once(&BAG, folder.join("kitchen.mcap"), &[&import[..], &camera].concat()))
 }
 
 #[test]
 fn the_kitchen_runs_over_dds_to_its_end_without_a_drop() {
-    let Some(recording) = recording() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let bag = folder.path().join("kitchen.mcap");
+    let Some(bag) = kitchen(folder.path()) else { return };
     let out = folder.path().join("out");
-    succeed([
-        "import",
-        "depth",
-        recording.join("depth").to_str().unwrap(),
-        "--masks",
-        recording.join("mask_derived").to_str().unwrap(),
-        "--intrinsics",
-        "365,365,256,212",
-        "--rate",
-        "10",
-        "--scan-from-depth",
-        "-o",
-        bag.to_str().unwrap(),
-    ]);
     succeed(["run", bag.to_str().unwrap(), "--transport", "dds", "--out", out.to_str().unwrap()]);
     let summary = summary(&out);
     assert_eq!(summary["drops"], serde_json::json!([]));
