@@ -136,7 +136,9 @@ async fn planted_faults_are_found_with_their_fixes() {
     line_with(&text, &["  publisher", &driver, "(RustDDS)", "best effort, volatile"]);
     assert_eq!(output.status.code(), Some(1), "{text}");
     let stderr = String::from_utf8_lossy(&output.stderr);
-    assert!(stderr.contains("errors") && stderr.lines().count() == 1, "{stderr}");
+    // On a busy machine the DDS library logs the readers that it did not remove within its 20 ms.
+    let said: Vec<_> = stderr.lines().filter(|line| !line.starts_with("[ERROR]")).collect();
+    assert!(said.len() == 1 && said[0].contains("errors"), "{stderr}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
