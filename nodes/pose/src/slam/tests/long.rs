@@ -62,7 +62,7 @@ fn through_the_flat(time_s: f64) -> Isometry3<f64> {
 /// 16 m at 0.65 m/s.
 const FLAT_ROUND_S: f64 = 24.0;
 /// 150 are an hour, and hold, too.
-const FLAT_ROUNDS: usize = 10;
+const FLAT_ROUNDS: usize = 8;
 
 /// Four rooms of 5 by 5 m about a corner, with doors so wide that the next room is seen from 1.2 m before its wall.
 fn in_a_flat() -> Drive {
