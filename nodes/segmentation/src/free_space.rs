@@ -220,7 +220,7 @@ impl FreeSpaceSegmenter {
 
     fn known(&self, place: Place) -> Known {
         match place {
-            Place::Free { .. } => Known::Free,
+            Place::Free => Known::Free,
             Place::Occupied { since, .. } if self.is_long_ago(since) => Known::Background,
             Place::Occupied { .. } | Place::Unknown => Known::Unknown,
         }

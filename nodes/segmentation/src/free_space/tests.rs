@@ -263,7 +263,7 @@ fn background_takes_min_background_s_however_many_cycles_show_it() {
         let mut cycle = with_points(&view.cycle, 0, wall.clone());
         cycle.reduced_cloud.stamp = Stamp::from_nanos(0).plus_seconds(stamp_s);
         segmenter.step(&cycle, &mut |_| ());
-        segmenter.known(&in_map)
+        segmenter.known(segmenter.occupancy.place(&in_map))
     };
     for cycle in 0..30 {
         assert_eq!(step(0.03 * f64::from(cycle)), Known::Unknown, "{cycle}");
