@@ -1,7 +1,6 @@
 //! Tests of the player over DDS: player and subscriber are two participants in one process.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
 use geometry::{DepthImage, DepthPixels, Stamp};
@@ -13,6 +12,7 @@ use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, Publisher, Qos, RosArguments, Subscription, Transport};
 use tempfile::TempDir;
 
+use super::test_domain::own_domain;
 use super::{DepthFormat, Ending, PlayError, PlayOptions, play};
 use crate::{BagError, BagWriter, OfferedQos};
 
@@ -25,10 +25,7 @@ const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
 
 /// A player and a subscriber, separated from all other tests by their domain.
 fn nodes() -> (Node, Node) {
-    static COUNT: AtomicU16 = AtomicU16::new(0);
-    let count = u32::from(COUNT.fetch_add(1, Ordering::Relaxed));
-    let domain = 101 + (std::process::id().wrapping_mul(7) + count) % 100;
-    let transport = Transport::on_domain(domain as u16).unwrap();
+    let transport = Transport::on_domain(own_domain()).unwrap();
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
     let start = |name: &str| Node::start_on(transport.clone(), name, &arguments).unwrap();
     (start("bag_player"), start("listener"))

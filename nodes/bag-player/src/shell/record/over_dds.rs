@@ -11,6 +11,7 @@ use node_shell::{Node, Publisher, Qos, RosArguments, Transport};
 use tokio::task::JoinHandle;
 
 use super::{RecordError, RecordOptions, RecordSummary, record};
+use crate::shell::test_domain::own_domain;
 use crate::{Bag, BagMessage, OfferedQos, Selection};
 
 /// Longer than anything takes on a busy machine; a test that waits this long has failed.
@@ -25,9 +26,8 @@ struct Graph {
 }
 
 impl Graph {
-    fn new(number: u32, arguments: &[&str]) -> Self {
-        let domain = 101 + (std::process::id().wrapping_mul(11) + number) % 100;
-        let transport = Transport::on_domain(domain as u16).unwrap();
+    fn new(arguments: &[&str]) -> Self {
+        let transport = Transport::on_domain(own_domain()).unwrap();
         let start = |name: &str, arguments: &[&str]| {
             let arguments = RosArguments::parse(arguments.iter().copied()).unwrap();
             Node::start_on(transport.clone(), name, &arguments).unwrap()
@@ -69,7 +69,7 @@ fn messages(bag: &Bag) -> Vec<BagMessage> {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_recorded_is_what_was_sent() {
-    let graph = Graph::new(0, &[]);
+    let graph = Graph::new(&[]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
     let shutdown = graph.recorder.shutdown_signal();
@@ -135,7 +135,7 @@ async fn what_is_recorded_is_what_was_sent() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn simulated_time_is_that_of_the_clock() {
-    let graph = Graph::new(1, &["--ros-args", "-p", "use_sim_time:=true"]);
+    let graph = Graph::new(&["--ros-args", "-p", "use_sim_time:=true"]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
     let shutdown = graph.recorder.shutdown_signal();
@@ -173,7 +173,7 @@ async fn simulated_time_is_that_of_the_clock() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_cannot_be_recorded_is_refused_in_words() {
-    let Graph { recorder, driver } = Graph::new(2, &[]);
+    let Graph { recorder, driver } = Graph::new(&[]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
     std::fs::write(&path, "a bag").unwrap();
