@@ -9,7 +9,7 @@ mod tests;
 use std::collections::HashSet;
 
 use geometry::{DetectedCycle, Stamp, VoxelGrid, VoxelKey};
-use nalgebra::{Isometry3, Point3, distance};
+use nalgebra::{Point3, distance};
 use volume::{
     AS_NEAR, DepthInput, DepthNoise, DepthRange, DepthView, LONGEST_STAY_S, Occupancy, Place,
 };
@@ -56,8 +56,8 @@ pub struct FreeSpaceSegmenter {
     /// Where objects had points a cycle ago, in the map.
     last_object_voxels: HashSet<VoxelKey>,
     last: Option<Stamp>,
-    /// Number of the last cycle, and where its frame was in the map.
-    last_frame: Option<(u32, Option<Isometry3<f64>>)>,
+    /// Whether the frame that does not jump was another than the map in the last cycle.
+    was_apart: bool,
     evidence_is_whole: bool,
 }
 
@@ -80,7 +80,7 @@ impl FreeSpaceSegmenter {
             floor: None,
             last_object_voxels: HashSet::new(),
             last: None,
-            last_frame: None,
+            was_apart: false,
             evidence_is_whole: true,
         })
     }
@@ -171,10 +171,9 @@ impl FreeSpaceSegmenter {
     }
 
     fn begin(&mut self, stamp: Stamp, cycle: &DetectedCycle) {
-        let frame = (cycle.index, cycle.map_from_continuous);
-        let (last_index, last_frame) = self.last_frame.replace(frame).unwrap_or(frame);
-        // Where detection began anew, so did the frame that does not jump.
-        let is_another_frame = cycle.index < last_index && cycle.map_from_continuous != last_frame;
+        // Detection has begun anew, or has forgotten what it saw: the frame that does not jump is the map again.
+        let is_apart = cycle.map_from_continuous.is_some();
+        let is_another_frame = std::mem::replace(&mut self.was_apart, is_apart) && !is_apart;
         let is_another_run =
             self.last.is_some_and(|last| last.seconds_since(stamp) > ANOTHER_RUN_S);
         if is_another_run || is_another_frame {

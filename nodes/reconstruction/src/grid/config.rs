@@ -63,7 +63,7 @@ geometry::parameters! {
         grid_floor: GridFloor = GridFloor::Found, read_with("grid", "height_band");
         /// The height of the floor in the map: z.
         grid_floor_height_m: f64 = 0.0, read_with("grid_floor", "given");
-        /// The most cells that the grid has; a map that needs more has none. What cycles say of a cell is kept in 20 bytes.
+        /// The most cells that the grid has; a map that needs more has none. What cycles say of a cell is kept in 16 bytes.
         // 10,000 m2 at 5 cm.
         grid_max_cells: usize = 4_000_000, at_least(1.0);
     }
