@@ -1,12 +1,12 @@
 //! A room of boxes, seen by a depth camera that is cast ray by ray, with the truth of every point.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use estimation::Random;
 use geometry::{
-    CameraModel, Cloud, DepthFrame, DepthImage, DepthPixels, DetectedCycle, Distortion,
-    DynamicZone, ReturnSpan, Stamp, VoxelAccumulator, VoxelGrid, VoxelKey, ZoneSource,
+    BuildVoxelHasher, CameraModel, Cloud, DepthFrame, DepthImage, DepthPixels, DetectedCycle,
+    Distortion, DynamicZone, ReturnSpan, Stamp, VoxelAccumulator, VoxelGrid, VoxelKey, ZoneSource,
 };
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -122,7 +122,7 @@ pub(super) fn look(
     let mut points_m = Vec::new();
     let pixels = (SIZE_PX.0 * SIZE_PX.1) as usize;
     let (mut depths_m, mut ids_of_pixels) = (vec![0.0_f32; pixels], vec![0; pixels]);
-    let mut ids_of: BTreeMap<VoxelKey, BTreeMap<u16, usize>> = BTreeMap::new();
+    let mut ids_of: HashMap<VoxelKey, BTreeMap<u16, usize>, BuildVoxelHasher> = HashMap::default();
     let mut sums: BTreeMap<u16, (Vector3<f64>, usize)> = BTreeMap::new();
     let mut at_scan: BTreeMap<u16, Vec<Point3<f64>>> = BTreeMap::new();
     for row in 0..SIZE_PX.1 {
