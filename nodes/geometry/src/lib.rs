@@ -57,6 +57,7 @@ mod scan_from_depth;
 mod scan_ray;
 mod stamp;
 mod track;
+mod triangle_mesh;
 mod voxel;
 mod zone;
 
@@ -95,6 +96,7 @@ pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthErro
 pub use scan_ray::ScanRay;
 pub use stamp::Stamp;
 pub use track::Track;
+pub use triangle_mesh::{MeshEdges, TriangleMesh};
 pub use voxel::{
     BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
 };

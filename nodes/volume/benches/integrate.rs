@@ -1,14 +1,21 @@
 //! Benchmark: the integration of a depth image of 640 x 480 at voxel edges of 1 to 10 cm: `cargo bench -p volume`.
 //!
+//! And of the mesh: of all blocks, and of those that an image has changed, as `mesh` of the node has it.
+//!
 //! The camera moves 1 cm an image through a furnished room, with the noise of a Kinect.
 // A benchmark may panic, and exports nothing.
 #![allow(clippy::unwrap_used, missing_docs)]
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use estimation::executor::Serial;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
-use volume::{DepthInput, DepthNoise, DepthRange, DepthView, PointRules, Surface, SurfaceConfig};
+use volume::{
+    DepthInput, DepthNoise, DepthRange, DepthView, MeshFollower, PointRules, Surface, SurfaceConfig,
+};
 
 const CAMERA: CameraModel = CameraModel {
     width_px: 640,
@@ -125,5 +132,35 @@ fn integrate(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, integrate);
+fn mesh(criterion: &mut Criterion) {
+    let images = images();
+    let mut view = view();
+    let mut group = criterion.benchmark_group("mesh");
+    for edge_m in [0.05, 0.03, 0.02] {
+        let config = SurfaceConfig { edge_m, reach_m: 6.0, ..SurfaceConfig::default() };
+        let mut surface = Surface::new(config).unwrap();
+        let mut follower = MeshFollower::default();
+        let mut images = images.iter().cycle();
+        group.bench_function(BenchmarkId::new("blocks of an image", edge_m), |bencher| {
+            bencher.iter_custom(|iterations| {
+                let mut took = Duration::ZERO;
+                for _ in 0..iterations {
+                    fill(&mut view, images.next().unwrap(), &[]);
+                    surface.integrate(&view, &Serial);
+                    let start = Instant::now();
+                    follower.follow(&surface);
+                    black_box(follower.take(&surface, PointRules::default(), usize::MAX));
+                    took += start.elapsed();
+                }
+                took
+            });
+        });
+        group.bench_function(BenchmarkId::new("all blocks", edge_m), |bencher| {
+            bencher.iter(|| surface.mesh(PointRules::default()).triangles.len());
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, integrate, mesh);
 criterion_main!(benches);

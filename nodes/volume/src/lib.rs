@@ -13,7 +13,7 @@
 //! | [`Occupancy`] | a cell for each voxel, updated by images |
 //! | [`PlaneOccupancy`] | the same in the horizontal plane, of the rays of scans |
 //! | [`TiledView`], [`SeenBefore`] | what an image saw by direction, without the image; where nothing comes back any more |
-//! | [`Surface`] | signed distances, weights, colours: the map; points, changes for listeners, blocks as bytes, corrections |
+//! | [`Surface`] | signed distances, weights, colours: the map; points, triangles, changes for listeners, blocks as bytes, corrections |
 //!
 //! ```
 //! use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
@@ -65,7 +65,8 @@ pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyU
 pub use plane::{PlaneConfig, PlaneOccupancy, PlaneRay, SAMPLES_PER_CELL, WIDEST_GAP_M};
 pub use projection::{SphericalModel, SphericalModelError};
 pub use surface::{
-    BlockFormatError, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, PointRules, Surface,
-    SurfaceChanges, SurfaceConfig, SurfaceConfigError, SurfacePoint, SurfaceUpdate,
+    BlockFormatError, BlockMesh, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, MeshChange,
+    MeshFollower, MeshJoiner, MeshVertex, PointRules, Surface, SurfaceChanges, SurfaceConfig,
+    SurfaceConfigError, SurfacePoint, SurfaceUpdate,
 };
 pub use tiled_view::{Sight, TiledView};

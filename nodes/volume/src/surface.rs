@@ -12,8 +12,11 @@ mod config;
 mod correction;
 mod from_points;
 mod in_view;
+mod mesh;
+mod nodes;
 mod points;
 mod update;
+mod waiting;
 
 use estimation::executor::{self, Executor};
 use geometry::{Stamp, VoxelGrid};
@@ -32,6 +35,7 @@ use block::SurfaceBlock;
 pub use bytes::BlockFormatError;
 pub use changes::{ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, SurfaceChanges};
 pub use config::{SurfaceConfig, SurfaceConfigError};
+pub use mesh::{BlockMesh, MeshChange, MeshFollower, MeshJoiner, MeshVertex};
 pub use points::{PointRules, SurfacePoint};
 use update::{Job, Work};
 

@@ -1,12 +1,13 @@
 //! What a listener has to be told of the surface: points that are new or have moved, and those that have gone, so many at a
 //! time.
 
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{HashMap, HashSet, VecDeque};
 
 use geometry::{BuildVoxelHasher, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 
+use super::waiting::WaitingBlocks;
 use super::{PointRules, Surface, SurfacePoint};
 use crate::block::{BlockKey, voxel_index};
 
@@ -30,8 +31,7 @@ pub struct SurfaceChanges {
 /// What one listener, or all of them, know of a surface. Blocks wait in the order in which they changed first.
 #[derive(Clone, Debug, Default)]
 pub struct ChangeFollower {
-    waiting: VecDeque<BlockKey>,
-    is_waiting: HashSet<BlockKey, BuildVoxelHasher>,
+    waiting: WaitingBlocks,
     /// Of each block, the points that were told of by the indices of their voxels, ascending. Looked up by key alone.
     told: HashMap<BlockKey, Vec<Told>, BuildVoxelHasher>,
     points: Vec<SurfacePoint>,
@@ -86,14 +86,12 @@ fn make_stale(told: &mut Vec<Told>) {
 impl ChangeFollower {
     /// Takes in what the latest image changed. To be called after each.
     pub fn follow(&mut self, surface: &Surface) {
-        for key in surface.changed().iter().chain(surface.removed()) {
-            self.wait(*key);
-        }
+        self.waiting.follow(surface);
     }
 
     /// A block was removed, or put there, by hand.
     pub fn follow_block(&mut self, key: BlockKey) {
-        self.wait(key);
+        self.waiting.has_changed(key);
     }
 
     /// All listeners have these points of a block.
@@ -107,7 +105,7 @@ impl ChangeFollower {
     /// of in any case: a point that returns to where it was told would stay elsewhere for that listener, and one that goes
     /// before it was told would stay.
     pub fn begin_to_show(&mut self) {
-        for key in &self.waiting {
+        for key in self.waiting.iter() {
             self.told.get_mut(key).into_iter().for_each(make_stale);
         }
     }
@@ -159,31 +157,21 @@ impl ChangeFollower {
         }
     }
 
-    /// A block's points lie between its nodes and those of the next blocks: they change with these, too.
-    fn wait(&mut self, key: BlockKey) {
-        for step in 0..8 {
-            let before = key.offset(-(step & 1), -(step >> 1 & 1), -(step >> 2));
-            if self.is_waiting.insert(before) {
-                self.waiting.push_back(before);
-            }
-        }
-    }
-
     /// Whether a block waits to be looked at.
     #[must_use]
     pub fn is_waiting(&self, key: BlockKey) -> bool {
-        self.is_waiting.contains(&key)
+        self.waiting.contains(key)
     }
 
     /// The block that is looked at next.
     #[must_use]
     pub fn next_waiting(&self) -> Option<BlockKey> {
-        self.waiting.front().copied()
+        self.waiting.next()
     }
 
     /// The block that would be looked at next comes after all others.
     pub fn postpone(&mut self) {
-        self.waiting.rotate_left(usize::from(!self.waiting.is_empty()));
+        self.waiting.postpone();
     }
 
     /// How many blocks wait to be looked at.
@@ -258,8 +246,7 @@ impl ChangeFollower {
             .collect();
         let gone = before.iter().filter(has_gone);
         changes.removed.extend(gone.map(|told| key.voxel(usize::from(told.index))));
-        self.waiting.pop_front();
-        self.is_waiting.remove(&key);
+        self.waiting.done();
         if told.is_empty() {
             self.told.remove(&key);
         } else {
@@ -274,7 +261,7 @@ impl ChangeFollower {
         let told = self.told.values().map(|told| told.capacity() * size_of::<Told>());
         told.sum::<usize>()
             + self.told.capacity() * size_of::<(BlockKey, Vec<Told>)>()
-            + (self.waiting.capacity() + self.is_waiting.capacity()) * size_of::<BlockKey>()
+            + self.waiting.memory_bytes()
             + self.points.capacity() * size_of::<SurfacePoint>()
     }
 }

@@ -11,36 +11,11 @@ use nalgebra::{Point3, Vector3};
 
 use super::Surface;
 use super::block::SurfaceBlock;
+use super::nodes::{Nodes, face_edges, next_blocks, node_of};
 use crate::block::{BLOCK_EDGE, BlockKey};
 
-/// Nodes along the edge of a block with those of its neighbours.
-const NODES: usize = BLOCK_EDGE + 1;
-/// The edges of each face of a cell, as bits: edge `4 axis + n` is the `n`th of those along that axis, in the order of the corner
-/// that it starts from.
-const FACES: [u16; 6] = faces();
-
-const fn faces() -> [u16; 6] {
-    let mut faces = [0; 6];
-    let mut axis = 0;
-    while axis < 3 {
-        let (mut corner, mut edge) = (0, 0);
-        while corner < 8 {
-            if corner >> axis & 1 == 0 {
-                let mut across = 0;
-                while across < 3 {
-                    if across != axis {
-                        faces[2 * across + (corner >> across & 1)] |= 1 << (4 * axis + edge);
-                    }
-                    across += 1;
-                }
-                edge += 1;
-            }
-            corner += 1;
-        }
-        axis += 1;
-    }
-    faces
-}
+/// The edges of each face of a cell.
+const FACES: [u16; 6] = face_edges();
 /// A point stays so far within its voxel, in edges: the voxel of its coordinates is its own, rounded to single precision.
 const INSIDE: f32 = 1e-3;
 
@@ -57,15 +32,6 @@ pub struct SurfacePoint {
     pub weight: f32,
     /// Red, green, blue, where colours are kept and were seen.
     pub colour: Option<[u8; 3]>,
-}
-
-/// The nodes that the cells of a block lie between.
-struct Nodes {
-    distance: [[[i16; NODES]; NODES]; NODES],
-    /// Bits by x of the nodes of a row: those that are sure enough, and those of them that are behind the surface.
-    known: [[u16; NODES]; NODES],
-    behind: [[u16; NODES]; NODES],
-    weight: [[[u16; NODES]; NODES]; NODES],
 }
 
 /// What is used of a surface.
@@ -116,11 +82,7 @@ impl Surface {
         points: &mut Vec<SurfacePoint>,
     ) {
         let Some(block) = block_at(key) else { return };
-        // The next blocks, by the bits of their steps.
-        let next: [Option<&SurfaceBlock>; 8] = [0, 1, 2, 3, 4, 5, 6, 7].map(|step: i32| {
-            let beside = key.offset(step & 1, step >> 1 & 1, step >> 2);
-            if step == 0 { Some(block) } else { block_at(beside) }
-        });
+        let next = next_blocks(block_at, key, block);
         let nodes = Nodes::of(&next, rules.least_weight);
         for z in 0..BLOCK_EDGE {
             for y in 0..BLOCK_EDGE {
@@ -223,58 +185,4 @@ fn colour_of_cell(
     }
     // The cast saturates.
     (shares > 0.0).then(|| (sum / shares).map(|value| value.round() as u8).into())
-}
-
-/// The block, by the bits of its step, and the index in it of a node counted from the block's first.
-fn node_of(x: usize, y: usize, z: usize) -> (usize, usize) {
-    let step = (x / BLOCK_EDGE) | ((y / BLOCK_EDGE) << 1) | ((z / BLOCK_EDGE) << 2);
-    let within = |along: usize| along % BLOCK_EDGE;
-    (step, (within(z) * BLOCK_EDGE + within(y)) * BLOCK_EDGE + within(x))
-}
-
-impl Nodes {
-    fn of(next: &[Option<&SurfaceBlock>; 8], least_weight: u16) -> Self {
-        let mut nodes = Self {
-            distance: [[[0; NODES]; NODES]; NODES],
-            known: [[0; NODES]; NODES],
-            behind: [[0; NODES]; NODES],
-            weight: [[[0; NODES]; NODES]; NODES],
-        };
-        let least_weight = least_weight.max(1);
-        for z in 0..NODES {
-            for y in 0..NODES {
-                let (step, first) = node_of(0, y, z);
-                if let Some(block) = next[step] {
-                    let row = first..first + BLOCK_EDGE;
-                    nodes.distance[z][y][..BLOCK_EDGE]
-                        .copy_from_slice(&block.distance[row.clone()]);
-                    nodes.weight[z][y][..BLOCK_EDGE].copy_from_slice(&block.weight[row]);
-                }
-                if let Some(block) = next[step | 1] {
-                    nodes.distance[z][y][BLOCK_EDGE] = block.distance[first];
-                    nodes.weight[z][y][BLOCK_EDGE] = block.weight[first];
-                }
-                let (mut known, mut behind) = (0, 0);
-                for x in 0..NODES {
-                    let is_known = nodes.weight[z][y][x] >= least_weight;
-                    known |= u16::from(is_known) << x;
-                    behind |= u16::from(is_known && nodes.distance[z][y][x] < 0) << x;
-                }
-                (nodes.known[z][y], nodes.behind[z][y]) = (known, behind);
-            }
-        }
-        nodes
-    }
-
-    /// The cells of a row, as bits by x, with nodes on both sides of the surface.
-    fn crossed_cells(&self, y: usize, z: usize) -> u16 {
-        let (mut behind, mut before) = (0, 0);
-        for (y, z) in [(y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)] {
-            let (known_here, behind_here) = (self.known[z][y], self.behind[z][y]);
-            behind |= behind_here | behind_here >> 1;
-            let before_here = known_here & !behind_here;
-            before |= before_here | before_here >> 1;
-        }
-        behind & before & ((1 << BLOCK_EDGE) - 1)
-    }
 }
