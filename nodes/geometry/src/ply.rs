@@ -2,6 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
+use crate::TriangleMesh;
 use crate::point_file::{
     Encoding, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, append_binary,
     split_header,
@@ -52,6 +53,24 @@ pub fn encode_with_colours(
     header += "end_header\n";
     let mut bytes = header.into_bytes();
     parts.append(&mut bytes, |bytes, colour| bytes.extend(colour));
+    bytes
+}
+
+/// A binary PLY file, least significant byte first, of triangles: the vertices as [`encode_with_colours`] has them, and the element
+/// `face` with `vertex_indices`.
+#[must_use]
+pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
+    const END: &[u8] = b"end_header\n";
+    let mut bytes = encode_with_colours(&mesh.points_m, &mesh.normals, &mesh.colours);
+    let faces =
+        format!("element face {}\nproperty list uchar int vertex_indices\n", mesh.triangles.len());
+    let end = bytes.windows(END.len()).position(|part| part == END).unwrap_or_default();
+    bytes.splice(end..end, faces.into_bytes());
+    bytes.reserve(mesh.triangles.len() * 13);
+    for triangle in &mesh.triangles {
+        bytes.push(3);
+        triangle.iter().for_each(|index| bytes.extend(index.to_le_bytes()));
+    }
     bytes
 }
 
@@ -133,6 +152,24 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn a_mesh_is_read_as_its_vertices() {
+        let mesh = TriangleMesh {
+            points_m: [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.5]].map(Point3::from).to_vec(),
+            normals: vec![Vector3::z(); 3],
+            colours: vec![[1, 2, 3], [4, 5, 6], [7, 8, 9]],
+            triangles: vec![[0, 1, 2], [2, 1, 0]],
+        };
+        let bytes = encode_mesh(&mesh);
+        let OrientedPoints { points_m, normals, colours } = decode_with_normals(&bytes).unwrap();
+        assert_eq!((points_m, normals, colours), (mesh.points_m, mesh.normals, mesh.colours));
+        assert!(bytes.ends_with(&[3, 2, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0]));
+        let header = String::from_utf8_lossy(&bytes[..bytes.len() - 26 - 3 * 27]).into_owned();
+        assert!(header.ends_with(
+            "property uchar blue\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        ));
+    }
 
     proptest! {
         #[test]

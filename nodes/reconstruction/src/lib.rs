@@ -3,7 +3,7 @@
 //! [`StaticMap`], of the method `rec_hv`, takes a cycle's static cloud and costs by its points, however large the map has become.
 //! [`SurfaceMap`], of the method `free_space`, takes the depth images without what moves in them, at an edge of its own. A
 //! [`Map`] is either. When the map that its poses were measured in is corrected, both follow ([`Map::follow_path`]). [`octomap`]
-//! knows the files of another map. This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+//! knows the files of another map, [`mesh`] those of the surface as triangles. This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
 //!
 //! ```
 //! use geometry::{Cloud, Method, PipelineConfig, Stamp};
@@ -26,6 +26,7 @@ pub mod config;
 mod correction;
 pub mod grid;
 mod map;
+pub mod mesh;
 pub mod octomap;
 mod outcome;
 #[cfg(feature = "ros")]
@@ -38,6 +39,7 @@ pub use config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
 pub use grid::{GridConfig, GridError, GridSource};
 pub use map::Map;
+pub use mesh::{MeshError, MeshForm};
 pub use outcome::{Addition, LoadError, MapChanges, MapError, WholeMap};
 pub use static_map::{LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, StaticMap};
 pub use surface_map::SurfaceMap;

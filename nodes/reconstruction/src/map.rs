@@ -1,10 +1,13 @@
 //! The static map of either kind: chosen once, by the parameters.
 
-use geometry::{ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, VoxelGrid};
+use geometry::{
+    ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, TriangleMesh, VoxelGrid,
+};
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 
 use crate::grid::{GridError, GridObservations, GridSource};
+use crate::mesh::MeshError;
 use crate::surface_map::SurfaceMap;
 use crate::tiles::{SpillCounts, TileError, TileStore};
 use crate::{
@@ -141,6 +144,17 @@ impl Map {
         match self {
             Self::Means(map) => map.occupancy_grid(),
             Self::Surface(map) => map.occupancy_grid(),
+        }
+    }
+
+    /// The surface as triangles: [`SurfaceMap::mesh`].
+    ///
+    /// # Errors
+    /// When there are none, or the map is one of means.
+    pub fn mesh(&self) -> Result<TriangleMesh, MeshError> {
+        match self {
+            Self::Means(_) => Err(MeshError::NoDistances),
+            Self::Surface(map) => map.mesh(),
         }
     }
 

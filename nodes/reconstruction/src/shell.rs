@@ -36,6 +36,7 @@
 mod grid_output;
 mod loading;
 mod map_file;
+mod mesh_file;
 mod parameters;
 mod path;
 mod saving;
@@ -70,7 +71,7 @@ const PROGRAM: Program = Program {
              out map_updates (map_msgs/msg/OccupancyGridUpdate, map frame), reliable: what has changed in it
              out ~/report (stillmap_msgs/msg/StageReport), reliable
              srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now
-             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file, and the grid to that of grid_file
+             srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file, the grid to that of grid_file, the triangles to that of mesh_file
              srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map
              srv ~/reset (std_srvs/srv/Trigger): empties the map",
 };
@@ -117,6 +118,10 @@ geometry::parameters! {
         /// the ending .pgm. Both are saved with the map: once in map_save_period_s while it changes, by ~/save_map, and when the
         /// node ends. With grid none they are not.
         grid_file: String = String::new(), changeable;
+        /// The file of the surface as triangles: a path that ends in .ply, .obj or .glb (binary glTF), or "" for none. It is saved
+        /// with the map: once in map_save_period_s while it changes, by ~/save_map, and when the node ends. Making it costs by the whole map.
+        /// With the method free_space alone.
+        mesh_file: String = String::new(), changeable;
         /// The folder of the spilled tiles, made if it is not there. The node's files have a folder of their own in it, which is
         /// removed when the node ends; what a killed node has left there is removed at the next start.
         spill_folder: String = String::new(), read_with("at_max_voxels", "spill");

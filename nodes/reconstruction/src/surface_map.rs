@@ -8,8 +8,9 @@
 
 mod changes;
 mod correction;
-mod loading;
-mod normals;
+pub(crate) mod loading;
+mod mesh;
+pub(crate) mod normals;
 mod spill;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -7,7 +7,8 @@ use geometry::{OccupancyGrid, OrientedPoints, Stamp, VoxelGrid, VoxelKey, pcd, p
 use nalgebra::Point3;
 use node_shell::{folder_of, write_whole_file};
 use reconstruction::grid::{GridConfig, GridFloor, GridPoints, GridSource, grid_of_points};
-use reconstruction::octomap;
+use reconstruction::mesh::{self, mesh_of_points};
+use reconstruction::{MeshError, MeshForm, octomap};
 
 use crate::console;
 use crate::existing::refuse_to_replace;
@@ -15,6 +16,8 @@ use crate::failure::{Failure, Outcome};
 
 /// An octomap may have so many voxels: 12 bytes each.
 const MOST_VOXELS: usize = 100_000_000;
+/// The edge of an octomap's voxels by default.
+const OCTOMAP_EDGE_M: f64 = 0.05;
 
 /// Arguments of `stillmap export`.
 #[derive(Args, Debug)]
@@ -22,14 +25,19 @@ const MOST_VOXELS: usize = 100_000_000;
   stillmap export house.ply -o house.yaml
   stillmap export house.bt -o house.yaml --heights 0.1 0.6 --floor 0
   stillmap export house.ply -o house.bt --edge 0.05
+  stillmap export house.ply -o house.glb
 
 house.yaml is what map_server of Nav2 loads; its image is house.pgm, beside it. The map's points say where it is occupied, and
 free is where they show floor and nothing in the band: space that was seen free without its floor is in the grid of a running node
-alone.")]
+alone.
+
+house.glb is the surface as triangles, as are .obj and with --mesh .ply. A saved map has points and normals, but no distances: the
+triangles are put together from these. Those of the distances themselves are written by `stillmap run --mesh` and by the parameter
+mesh_file of a running node.")]
 pub struct ExportArgs {
     /// The map: a .ply, .pcd or octomap .bt file
     map: PathBuf,
-    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), or .ply, .pcd, .bt
+    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), .glb or .obj for triangles, or .ply, .pcd, .bt
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Edge of the grid's cells
@@ -41,9 +49,12 @@ pub struct ExportArgs {
     /// The height of the floor in the map; found where it is not given
     #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
     floor: Option<f64>,
-    /// Edge of the voxels of an octomap
-    #[arg(long, value_name = "METRES", default_value_t = 0.05)]
-    edge: f64,
+    /// Edge of the voxels: of an octomap 0.05 m by default, of triangles that of the map
+    #[arg(long, value_name = "METRES")]
+    edge: Option<f64>,
+    /// Write triangles to a .ply file, and not points
+    #[arg(long)]
+    mesh: bool,
     /// Replace a file of this name
     #[arg(long)]
     overwrite: bool,
@@ -56,6 +67,7 @@ enum Form {
     Pcd,
     Octomap,
     Grid,
+    Mesh(MeshForm),
 }
 
 impl Form {
@@ -66,6 +78,8 @@ impl Form {
             "pcd" => Some(Self::Pcd),
             "bt" => Some(Self::Octomap),
             "yaml" => Some(Self::Grid),
+            "obj" => Some(Self::Mesh(MeshForm::Obj)),
+            "glb" => Some(Self::Mesh(MeshForm::Glb)),
             _ => None,
         }
     }
@@ -74,8 +88,17 @@ impl Form {
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     let form = Form::of(&args.output).ok_or_else(|| {
         Failure::new(format!("{} is no map that is known", args.output.display()))
-            .fix("-o must end in .yaml, .ply, .pcd or .bt")
+            .fix("-o must end in .yaml, .glb, .obj, .ply, .pcd or .bt")
     })?;
+    let form = match form {
+        Form::Ply if args.mesh => Form::Mesh(MeshForm::Ply),
+        Form::Mesh(_) => form,
+        _ if args.mesh => {
+            return Err(Failure::new(format!("{} holds no triangles", args.output.display()))
+                .fix("with --mesh -o must end in .ply, .obj or .glb"));
+        }
+        _ => form,
+    };
     let image = args.output.with_extension("pgm");
     let outputs =
         std::iter::once(args.output.clone()).chain((form == Form::Grid).then(|| image.clone()));
@@ -90,7 +113,14 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     let bytes = match form {
         Form::Ply => ply::encode_with_colours(points_m, normals, colours),
         Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
-        Form::Octomap => octomap_of(points_m, args.edge)?,
+        Form::Octomap => octomap_of(points_m, args.edge.unwrap_or(OCTOMAP_EDGE_M))?,
+        Form::Mesh(form) => {
+            let failed =
+                |error: MeshError| Failure::new(format!("{}: {error}", args.map.display()));
+            let mesh = mesh_of_points(&points, args.edge).map_err(failed)?;
+            size = format!(" of {} triangles", mesh.triangles.len());
+            mesh::encode(&mesh, form).map_err(failed)?
+        }
         Form::Grid => {
             let grid = grid(args, &points)?;
             let name = image.file_name().and_then(|name| name.to_str());
@@ -155,7 +185,7 @@ fn read(path: &Path) -> Result<OrientedPoints, Failure> {
             let points_m = octree.voxels.iter().map(centre).collect();
             Ok(OrientedPoints { points_m, ..OrientedPoints::default() })
         }
-        Some(Form::Grid) | None => {
+        Some(Form::Grid | Form::Mesh(_)) | None => {
             Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt"))
         }
     }
@@ -186,7 +216,8 @@ mod tests {
             resolution: 0.05,
             heights: None,
             floor: None,
-            edge: 0.05,
+            edge: None,
+            mesh: false,
             overwrite: false,
         }
     }
@@ -211,6 +242,32 @@ mod tests {
     }
 
     #[test]
+    fn a_map_becomes_triangles() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("room.ply"), ply::encode(&room())).unwrap();
+        for (name, begins, mesh) in [
+            ("a.glb", &b"glTF"[..], false),
+            ("a.obj", b"# stillmap", false),
+            ("b.ply", b"ply\nformat binary_little_endian 1.0\nelement vertex", true),
+        ] {
+            run(&ExportArgs { mesh, ..args(&path("room.ply"), &path(name)) }).unwrap();
+            let bytes = std::fs::read(path(name)).unwrap();
+            assert!(bytes.starts_with(begins) && bytes.len() > 500_000, "{name}");
+        }
+        // The vertices are on the floor or the wall.
+        let vertices = read(&path("b.ply")).unwrap().points_m;
+        let off =
+            |point: &&Point3<f32>| (point.z + 0.8).abs() > 0.01 && (point.x - 2.01).abs() > 0.01;
+        assert!(vertices.len() > 15_000);
+        assert!(vertices.iter().filter(off).count() * 100 < vertices.len());
+        let wrong = ExportArgs { mesh: true, ..args(&path("room.ply"), &path("c.pcd")) };
+        assert!(run(&wrong).unwrap_err().to_string().contains("no triangles"));
+        let wrong = ExportArgs { edge: Some(-1.0), ..args(&path("room.ply"), &path("c.glb")) };
+        assert!(run(&wrong).unwrap_err().to_string().contains("-1"));
+    }
+
+    #[test]
     fn what_cannot_be_exported_is_said_and_nothing_is_written() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
@@ -225,6 +282,7 @@ mod tests {
         .unwrap();
         for (map, output, said) in [
             ("empty.ply", "out.yaml", "the map is empty"),
+            ("empty.ply", "out.glb", "the map is empty"),
             ("wall.ply", "out.yaml", "no floor was found"),
             ("room.ply", "there.yaml", "already exists"),
             ("room.ply", "no/such/out.yaml", "does not exist"),

@@ -6,6 +6,7 @@ mod dds;
 mod findings;
 pub mod inputs;
 pub(crate) mod local;
+mod mesh_output;
 mod output;
 pub mod parameters;
 pub mod pipeline;
@@ -20,12 +21,12 @@ use std::process::{Command, Stdio};
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
 use detection::shell::ColourInput;
-use geometry::{ExtrinsicsSource, OccupancyGrid};
+use geometry::{ExtrinsicsSource, OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
-use reconstruction::GridError;
+use reconstruction::{GridError, MeshError, MeshForm};
 use report::{DynamicScore, RunRecord, Summary};
 
 use self::colour_topics::ColourTopics;
@@ -85,6 +86,9 @@ pub struct HowArgs {
     /// Leave the colours of the bag's images and clouds out of the map
     #[arg(long)]
     no_colour: bool,
+    /// Write the surface as triangles, too, to mesh.glb (binary glTF), mesh.ply or mesh.obj; of the method free_space
+    #[arg(long, value_name = "FORM", value_parser = mesh_output::form_parser())]
+    mesh: Option<MeshForm>,
     /// Leave the times out of summary.json, so that two runs of one bag write the same bytes
     #[arg(long)]
     no_timing: bool,
@@ -112,6 +116,9 @@ pub(crate) fn run(
 ) -> Result<Outcome, Failure> {
     let transport = args.how.transport.unwrap_or(TransportName::Local);
     if args.topics.wants_lidar() {
+        if args.how.mesh.is_some() {
+            return Err(Failure::new("--mesh: a road map has no distances to make a mesh of"));
+        }
         if transport == TransportName::Dds {
             return Err(Failure::new("a road map is made with --transport local only")
                 .fix("over DDS start `stillmap up --pose lidar`, and play the recording"));
@@ -179,13 +186,19 @@ pub fn run_bag(
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
     }
+    mesh_output::check(how.mesh, parameters.pipeline())?;
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
     let grid_file = parameters.wants_grid().then(|| folder.grid_file()).transpose()?;
     let grid_before = folder.grid_saved_at();
+    let mesh_file = how.mesh.map(|form| folder.mesh_file(form)).transpose()?;
+    let mesh_before = how.mesh.and_then(|form| folder.mesh_saved_at(form));
 
-    let Finished { record, losses, failure, poses, grid, is_interrupted } = match transport {
-        TransportName::Local => run_locally(&bag, &info, &inputs, &parameters, interrupt)?,
+    let Finished { record, losses, failure, poses, grid, mesh, is_interrupted } = match transport {
+        TransportName::Local => {
+            let how = (&parameters, how.mesh.is_some());
+            run_locally(&bag, &info, &inputs, how, interrupt)?
+        }
         TransportName::Dds => {
             let bag_name = bag_name(bag_path);
             let playback = dds::Playback {
@@ -194,6 +207,7 @@ pub fn run_bag(
                 rate: how.rate,
                 parameters: folder.parameters(),
                 grid_file: grid_file.as_deref(),
+                mesh_file: mesh_file.as_deref(),
             };
             run_over_dds(&playback, &info, &inputs, &parameters, interrupt)?
         }
@@ -229,6 +243,7 @@ pub fn run_bag(
             findings.extend(grid_file.map(|_| Failure::new(NO_GRID)));
         }
     }
+    findings.extend(mesh_output::settle(&folder, how.mesh, mesh, mesh_before)?);
     findings.extend(unscored);
     for finding in &findings {
         console::print_failure(finding);
@@ -325,6 +340,8 @@ struct Finished {
     poses: Option<Vec<PoseStamped>>,
     /// The occupancy grid, where one was asked for.
     grid: Option<Result<OccupancyGrid, GridError>>,
+    /// The surface as triangles, where it was asked for, of a run in this process.
+    mesh: Option<Result<TriangleMesh, MeshError>>,
     /// Whether a signal has ended it before the end of the bag.
     is_interrupted: bool,
 }
@@ -333,18 +350,19 @@ fn run_locally(
     bag: &Bag,
     info: &BagInfo,
     inputs: &Inputs,
-    parameters: &PipelineParameters,
+    (parameters, wants_mesh): (&PipelineParameters, bool),
     interrupt: &Interrupt,
 ) -> Result<Finished, Failure> {
     let topics = inputs.by_node_name();
     let messages = topics.iter().map(|(_, topic)| messages_on(info, topic)).sum();
     let progress = Progress::new("mapping", messages);
-    let run = local::run(bag, inputs, parameters, &bag_name(bag.path()), (&progress, interrupt))?;
+    let how = (parameters, wants_mesh);
+    let run = local::run(bag, inputs, how, &bag_name(bag.path()), (&progress, interrupt))?;
     progress.finish();
     let (bag_losses, blind_scans) = (run.losses.clone(), run.blind_scans);
     let losses = InputLosses { bag: bag_losses, blind_scans, lost: Vec::new() };
-    let LocalRun { record, poses, grid, is_interrupted, .. } = run;
-    Ok(Finished { record, losses, failure: None, poses, grid, is_interrupted })
+    let LocalRun { record, poses, grid, mesh, is_interrupted, .. } = run;
+    Ok(Finished { record, losses, failure: None, poses, grid, mesh, is_interrupted })
 }
 
 fn run_over_dds(
@@ -360,7 +378,8 @@ fn run_over_dds(
     let losses =
         InputLosses { bag: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
     let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
-    Ok(Finished { record, losses, failure: run.failure, poses, grid: None, is_interrupted })
+    let (failure, grid, mesh) = (run.failure, None, None);
+    Ok(Finished { record, losses, failure, poses, grid, mesh, is_interrupted })
 }
 
 fn messages_on(info: &BagInfo, topic: &str) -> u64 {

@@ -8,8 +8,9 @@ use node_shell::parameters::NodeParameters;
 use super::ReconstructionParameters;
 use super::grid_output::GridFile;
 use super::map_file::MapFile;
+use super::mesh_file::MeshFile;
 use super::schedule::Periods;
-use crate::GridSource;
+use crate::{GridSource, MeshError};
 
 impl NodeParameters for ReconstructionParameters {
     fn validate_node(&self) -> Result<(), NodeFailure> {
@@ -28,6 +29,8 @@ pub(super) struct Settings {
     pub(super) grid_period: Duration,
     /// The files of the occupancy grid, where one is made.
     pub(super) grid_file: Option<GridFile>,
+    /// The file of the triangles.
+    pub(super) mesh_file: Option<MeshFile>,
 }
 
 impl Settings {
@@ -37,16 +40,26 @@ impl Settings {
         parameters.validate()?;
         let grid_file = GridFile::new("grid_file", &parameters.grid_file)?;
         let has_grid = parameters.config.grid.grid != GridSource::None;
+        let mesh_file = MeshFile::new("mesh_file", &parameters.mesh_file)?;
+        if mesh_file.is_some() && !parameters.config.pipeline.needs_depth() {
+            return Err(format!("parameter mesh_file: {}", MeshError::NoDistances).into());
+        }
+        let file = MapFile::new("map_file", &parameters.map_file)?;
+        let path = mesh_file.as_ref().map(MeshFile::path);
+        if path.is_some() && path == file.as_ref().map(MapFile::path) {
+            return Err("parameters map_file and mesh_file name one file".into());
+        }
         Ok(Self {
             periods: Periods {
                 map: Duration::try_from_secs_f64(parameters.map_publish_period_s)?,
                 updates: Duration::try_from_secs_f64(parameters.map_update_period_s)?,
             },
             most_update_points: parameters.map_update_max_points,
-            file: MapFile::new("map_file", &parameters.map_file)?,
+            file,
             save_period: Duration::try_from_secs_f64(parameters.map_save_period_s)?,
             grid_period: Duration::try_from_secs_f64(parameters.grid_period_s)?,
             grid_file: grid_file.filter(|_| has_grid),
+            mesh_file,
         })
     }
 }

@@ -1,6 +1,8 @@
 //! Saving of the map to its file: periodically, on request and at the end. A map that continues the one in the file
 //! replaces it; before another map does, the file is kept as a numbered version.
 
+mod job;
+
 use std::time::Duration;
 
 use msgs::std_srvs::Trigger;
@@ -8,12 +10,13 @@ use node_shell::{Counters, NodeFailure, Request};
 use tokio::task::JoinHandle;
 use tokio::time::Instant;
 
-use geometry::OccupancyGrid;
-
 use super::Stage;
 use super::grid_output::GridFile;
 use super::map_file::{Former, MapFile, Saved, Snapshot};
+use super::mesh_file::MeshFile;
 use super::parameters::Settings;
+pub(super) use job::Done;
+use job::Job;
 
 /// The error of a service without a file.
 pub(super) const NO_MAP_FILE: &str =
@@ -21,8 +24,9 @@ pub(super) const NO_MAP_FILE: &str =
 
 /// The name of the file on `/diagnostics`.
 const CONDITION: &str = "map file";
-/// The name of the grid's file there.
+/// The names of the other files there.
 const GRID_CONDITION: &str = "grid file";
+const MESH_CONDITION: &str = "mesh file";
 
 /// A map with less than this fraction (1 / 2) of the points of its file counts as another map: less is cleared within
 /// one run, unless the poses are wrong.
@@ -46,6 +50,7 @@ impl Unsaved {
 pub(super) struct Saving<'a> {
     file: Option<MapFile>,
     grid_file: Option<GridFile>,
+    mesh_file: Option<MeshFile>,
     period: Duration,
     /// The time of the start of the last save, or of the node.
     last: Instant,
@@ -62,45 +67,12 @@ struct Running<'a> {
     task: JoinHandle<Done>,
 }
 
-/// What is to be written, as it was at one time.
-struct Job {
-    /// The map, and whether its former file is kept.
-    map: Option<(MapFile, Snapshot, bool)>,
-    /// The grid, or the reason why there is none.
-    grid: Option<Result<(GridFile, OccupancyGrid), NodeFailure>>,
-}
-
-/// What was written, or why not: the one does not depend on the other.
-pub(super) struct Done {
-    map: Option<Result<Saved, NodeFailure>>,
-    grid: Option<Result<String, NodeFailure>>,
-}
-
-#[cfg(test)]
-impl Done {
-    pub(super) fn map_failed(&self) -> bool {
-        matches!(self.map, Some(Err(_)))
-    }
-}
-
-impl Job {
-    fn write(self) -> Done {
-        let map = self.map.map(|(file, snapshot, keeps)| file.write(&snapshot, keeps));
-        let grid = self.grid.map(|grid| {
-            let (file, grid) = grid?;
-            file.write(&grid)?;
-            let (width, height, path) = (grid.width, grid.height, file.path().display());
-            Ok(format!("a grid of {width} x {height} cells to {path}"))
-        });
-        Done { map, grid }
-    }
-}
-
 impl<'a> Saving<'a> {
     pub(super) fn new(settings: &Settings, counters: Counters) -> Self {
         Self {
             file: settings.file.clone(),
             grid_file: settings.grid_file.clone(),
+            mesh_file: settings.mesh_file.clone(),
             period: settings.save_period,
             last: Instant::now(),
             most_points: None,
@@ -114,6 +86,10 @@ impl<'a> Saving<'a> {
         self.file.as_ref()
     }
 
+    fn has_file(&self) -> bool {
+        self.file.is_some() || self.grid_file.is_some() || self.mesh_file.is_some()
+    }
+
     /// Whether another save may begin.
     pub(super) fn is_idle(&self) -> bool {
         self.running.is_none()
@@ -123,6 +99,7 @@ impl<'a> Saving<'a> {
     pub(super) fn change(&mut self, settings: &Settings) {
         self.period = settings.save_period;
         self.grid_file.clone_from(&settings.grid_file);
+        self.mesh_file.clone_from(&settings.mesh_file);
         if self.file != settings.file {
             self.file = settings.file.clone();
             self.most_points = None;
@@ -132,8 +109,7 @@ impl<'a> Saving<'a> {
     /// Begins to save a changed map, once in a period.
     pub(super) fn look(&mut self, stage: &mut Stage, now: Instant) {
         let is_due = now.saturating_duration_since(self.last) >= self.period;
-        let has_file = self.file.is_some() || self.grid_file.is_some();
-        if is_due && stage.unsaved.is_changed && has_file && self.is_idle() {
+        if is_due && stage.unsaved.is_changed && self.has_file() && self.is_idle() {
             self.begin(stage, None);
         }
     }
@@ -141,7 +117,7 @@ impl<'a> Saving<'a> {
     /// Begins to save the map as it is now. The request is answered when it is done.
     pub(super) fn begin(&mut self, stage: &mut Stage, request: Option<Request<'a, Trigger>>) {
         self.last = Instant::now();
-        // A node saves the map also where there is no grid yet; who asks for both gets the reason.
+        // A node saves the map also where there is no grid or mesh yet; who asks for all gets the reason.
         match self.prepare(stage, request.is_some()) {
             Ok(job) => {
                 let file = job.map.as_ref().map(|(file, ..)| file.clone());
@@ -149,7 +125,7 @@ impl<'a> Saving<'a> {
                 self.running = Some(Running { request, file, task });
             }
             Err(error) => {
-                if self.file.is_some() || self.grid_file.is_some() {
+                if self.has_file() {
                     stage.unsaved.is_changed = true;
                     self.failed(CONDITION, &error);
                 }
@@ -187,11 +163,10 @@ impl<'a> Saving<'a> {
             let saved = self.finish().await;
             self.finished(saved, stage);
         }
-        let is_needed = |file: &MapFile| stage.unsaved.is_changed || !file.exists();
-        let grid_is_needed = |file: &GridFile| stage.unsaved.is_changed || !file.path().exists();
-        if !self.file().is_some_and(is_needed)
-            && !self.grid_file.as_ref().is_some_and(grid_is_needed)
-        {
+        let is_missing = self.file().is_some_and(|file| !file.exists())
+            || self.grid_file.as_ref().is_some_and(|file| !file.path().exists())
+            || self.mesh_file.as_ref().is_some_and(|file| !file.path().exists());
+        if !(is_missing || self.has_file() && stage.unsaved.is_changed) {
             return Ok(None);
         }
         let job = self.prepare(stage, false)?;
@@ -199,23 +174,32 @@ impl<'a> Saving<'a> {
         self.note(Ok(job.write()), file.as_ref(), stage).map(Some)
     }
 
-    /// What is to be written. A missing grid is a part of the result only if `needs_grid`; otherwise it is logged.
-    fn prepare(&mut self, stage: &mut Stage, needs_grid: bool) -> Result<Job, NodeFailure> {
-        if self.file.is_none() && self.grid_file.is_none() {
+    /// What is to be written. A missing grid or mesh is a part of the result only if `needs_all`; otherwise it is logged.
+    fn prepare(&mut self, stage: &mut Stage, needs_all: bool) -> Result<Job, NodeFailure> {
+        if !self.has_file() {
             return Err(NO_MAP_FILE.into());
         }
-        let grid = match self.grid_file.clone().map(|file| (file, stage.map.occupancy_grid())) {
-            Some((file, Ok(grid))) => Some(Ok((file, grid))),
-            Some((_, Err(error))) if needs_grid => Some(Err(error.into())),
-            Some((_, Err(error))) => {
-                self.failed(GRID_CONDITION, &error.into());
-                None
-            }
-            None => None,
-        };
+        let grid = self.grid_file.clone().map(|file| Ok((file, stage.map.occupancy_grid()?)));
+        let grid = grid.and_then(|grid| self.or_log(GRID_CONDITION, grid, needs_all));
+        let mesh = self.mesh_file.clone().map(|file| Ok((file, stage.map.mesh()?)));
+        let mesh = mesh.and_then(|mesh| self.or_log(MESH_CONDITION, mesh, needs_all));
         let map = self.file.clone().map(|file| self.prepare_map(file, stage)).transpose()?;
         stage.unsaved = Unsaved::default();
-        Ok(Job { map, grid })
+        Ok(Job { map, grid, mesh })
+    }
+
+    /// A result that may be missing.
+    fn or_log<T>(
+        &self,
+        condition: &'static str,
+        made: Result<T, NodeFailure>,
+        is_needed: bool,
+    ) -> Option<Result<T, NodeFailure>> {
+        if let (Err(error), false) = (&made, is_needed) {
+            self.failed(condition, error);
+            return None;
+        }
+        Some(made)
     }
 
     /// The file, its new content, and whether the existing file is kept.
@@ -243,7 +227,7 @@ impl<'a> Saving<'a> {
         file: Option<&MapFile>,
         stage: &mut Stage,
     ) -> Result<String, NodeFailure> {
-        let Done { map, grid } = saved.inspect_err(|error| {
+        let Done { map, grid, mesh } = saved.inspect_err(|error| {
             stage.unsaved.is_changed = true;
             self.failed(CONDITION, error);
         })?;
@@ -254,13 +238,16 @@ impl<'a> Saving<'a> {
                 Err(error)
             }
         });
-        let grid = grid.map(|grid| {
-            let grid = grid.inspect_err(|error| self.failed(GRID_CONDITION, error))?;
-            let done = format!("saved {grid}");
-            self.counters.note_condition(GRID_CONDITION, &done, false);
-            Ok(done)
+        let others = [(GRID_CONDITION, grid), (MESH_CONDITION, mesh)];
+        let others = others.into_iter().filter_map(|(condition, saved)| {
+            let saved = saved?.inspect_err(|error| self.failed(condition, error));
+            Some(saved.map(|saved| {
+                let done = format!("saved {saved}");
+                self.counters.note_condition(condition, &done, false);
+                done
+            }))
         });
-        let done: Result<Vec<String>, NodeFailure> = map.into_iter().chain(grid).collect();
+        let done: Result<Vec<String>, NodeFailure> = map.into_iter().chain(others).collect();
         let done = done.inspect_err(|_| stage.unsaved.is_changed = true)?;
         Ok(done.join("; "))
     }

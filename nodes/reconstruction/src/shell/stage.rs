@@ -1,6 +1,6 @@
 //! The core with its topics: clouds and paths update the map, and the map is published when it is due.
 
-use geometry::{Cloud, ColouredCloud, OccupancyGrid, SegmentedCycle};
+use geometry::{Cloud, ColouredCloud, OccupancyGrid, SegmentedCycle, TriangleMesh};
 use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
@@ -17,7 +17,7 @@ use super::saving::Unsaved;
 use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
 use super::{PROGRAM, ReconstructionParameters};
-use crate::{Addition, GridError, GridSource, Map, MapChanges};
+use crate::{Addition, GridError, GridSource, Map, MapChanges, MeshError};
 
 /// The fix for cycles that take too long.
 const REMEDY: &str = "raise map_edge_m, or voxel_edge_m, of the whole pipeline";
@@ -120,6 +120,14 @@ impl Stage {
     /// When none was asked for, or there is none.
     pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
         self.map.occupancy_grid()
+    }
+
+    /// The map so far as triangles.
+    ///
+    /// # Errors
+    /// When there are none, or the map is one of means.
+    pub fn mesh(&self) -> Result<TriangleMesh, MeshError> {
+        self.map.mesh()
     }
 
     pub(super) fn take(&mut self, arrived: &Arrived<SegmentedCycle>) {

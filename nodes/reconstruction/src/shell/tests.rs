@@ -1,6 +1,7 @@
 mod behind;
 mod files;
 mod grid;
+mod mesh;
 mod path;
 mod subscribers;
 

@@ -9,7 +9,7 @@ use crate::tiles::TileKey;
 use crate::{Addition, LoadError};
 
 /// Points that are farther apart than so many edges are not joined to a surface.
-const MOST_SPACING_IN_EDGES: f64 = 16.0;
+pub(crate) const MOST_SPACING_IN_EDGES: f64 = 16.0;
 
 impl SurfaceMap {
     /// Puts points, in `frame_id`, in the place of the whole map: of a map of any edge, with a normal each or with none, which are
@@ -152,7 +152,7 @@ fn at(points: &OrientedPoints, index: usize) -> Option<ColouredPoint> {
 
 /// One point for each voxel, the mean of those in it, with the sum of their normals and the mean of their colours, by ascending
 /// key: a place with many points costs as one with one. Points that are not finite are left out.
-fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
+pub(crate) fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
     let OrientedPoints { points_m, normals, colours } = points;
     let mut keyed: Vec<(VoxelKey, usize)> = (0..)
         .zip(points_m)

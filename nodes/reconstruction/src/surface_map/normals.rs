@@ -28,7 +28,7 @@ const MOST_STEPS: usize = 100;
 
 /// How far apart neighbouring points are, in metres: the median distance to the fourth nearest. Points are at most one in each
 /// cell of this edge. `None` where they are farther apart than `most_m`.
-pub(super) fn spacing_m(points_m: &[Point3<f32>], edge_m: f64, most_m: f64) -> Option<f64> {
+pub(crate) fn spacing_m(points_m: &[Point3<f32>], edge_m: f64, most_m: f64) -> Option<f64> {
     let sampled: Vec<&Point3<f32>> =
         points_m.iter().step_by(points_m.len().div_ceil(SAMPLED).max(1)).collect();
     let mut cell_m = 2.0 * edge_m;
@@ -65,7 +65,7 @@ fn distances_m(points_m: &[Point3<f32>], of: &[&Point3<f32>], cell_m: f64) -> Ve
 }
 
 /// The normals of points that are so far apart, of length 1; 0 for a point with a number that is not finite, or beyond the grid.
-pub(super) fn normals(points_m: &[Point3<f32>], spacing_m: f64) -> Vec<Vector3<f32>> {
+pub(crate) fn normals(points_m: &[Point3<f32>], spacing_m: f64) -> Vec<Vector3<f32>> {
     let nothing = vec![Vector3::zeros(); points_m.len()];
     let Ok(grid) = VoxelGrid::new(spacing_m) else { return nothing };
     let mut keyed: Vec<(VoxelKey, usize)> = points_m

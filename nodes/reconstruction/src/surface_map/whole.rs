@@ -1,7 +1,7 @@
 //! The map as one cloud.
 
 use geometry::ColouredCloud;
-use volume::{BlockKey, ChangeFollower, PointRules, SurfacePoint};
+use volume::{BlockKey, ChangeFollower, PointRules, Surface, SurfacePoint};
 
 use super::SurfaceMap;
 use super::changes::colours_of;
@@ -87,17 +87,29 @@ impl SurfaceMap {
         tiles: &[TileKey],
         mut visit: impl FnMut(BlockKey, &[SurfacePoint]),
     ) -> Vec<TileError> {
+        let mut points = Vec::new();
+        self.visit_blocks_of(tiles, |key, looked_at| {
+            points.clear();
+            let rules = PointRules::default();
+            self.surface.points_of_both(looked_at, key, rules, &mut points);
+            visit(key, &points);
+        })
+    }
+
+    /// Calls `visit` with each block of tiles, in memory or not, and a surface that has the blocks that are not in memory, of these
+    /// and of the next tiles. Returns why some cannot be had.
+    pub(super) fn visit_blocks_of(
+        &self,
+        tiles: &[TileKey],
+        mut visit: impl FnMut(BlockKey, &Surface),
+    ) -> Vec<TileError> {
         let Some(spill) = &self.spill else { return Vec::new() };
         let mut looked_at = LookedAt::of(&self.surface);
-        let mut points = Vec::new();
         for tile in tiles {
             spill.with_next(*tile).for_each(|tile| looked_at.look(spill, tile));
             let in_memory = self.surface.blocks_in(spill.blocks_of(*tile));
             for key in in_memory.iter().chain(looked_at.blocks_of(*tile)) {
-                points.clear();
-                let rules = PointRules::default();
-                self.surface.points_of_both(&looked_at.surface, *key, rules, &mut points);
-                visit(*key, &points);
+                visit(*key, &looked_at.surface);
             }
         }
         looked_at.unreadable.into_values().collect()

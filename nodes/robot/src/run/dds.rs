@@ -63,6 +63,8 @@ pub(crate) struct Playback<'a> {
     pub(crate) parameters: &'a Path,
     /// Where the node of the map saves the occupancy grid, if there is to be one.
     pub(crate) grid_file: Option<&'a Path>,
+    /// Where it saves the triangles, if there are to be some.
+    pub(crate) mesh_file: Option<&'a Path>,
 }
 
 /// Runs a bag through the nodes.
@@ -115,8 +117,12 @@ pub(crate) fn run(
                 }
                 Stage::Segmentation => Vec::new(),
                 Stage::Reconstruction => {
-                    let file = playback.grid_file.map(|file| file.display().to_string());
-                    file.map(|file| ("grid_file", file)).into_iter().collect()
+                    let files =
+                        [("grid_file", playback.grid_file), ("mesh_file", playback.mesh_file)];
+                    let named = |(name, file): (_, Option<&Path>)| {
+                        file.map(|file| (name, file.display().to_string()))
+                    };
+                    files.into_iter().filter_map(named).collect()
                 }
             };
             run.start_node(stage.name(), &overrides, playback.parameters)?;

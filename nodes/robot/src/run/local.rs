@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use bag_player::{Bag, BagMessage, Loss, Selection};
 use detection::shell::CloudInput;
-use geometry::OccupancyGrid;
+use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{NodeFailure, Publisher};
-use reconstruction::{GridError, GridSource};
+use reconstruction::{GridError, GridSource, MeshError};
 use report::RunRecord;
 
 use super::inputs::{Inputs, TF_STATIC, ViewTopics};
@@ -29,6 +29,8 @@ pub(crate) struct LocalRun {
     pub(crate) poses: Option<Vec<PoseStamped>>,
     /// The occupancy grid, where one was asked for.
     pub(crate) grid: Option<Result<OccupancyGrid, GridError>>,
+    /// The surface as triangles, where it was asked for.
+    pub(crate) mesh: Option<Result<TriangleMesh, MeshError>>,
     /// Whether a signal has ended it before the end of the bag.
     pub(crate) is_interrupted: bool,
 }
@@ -37,7 +39,7 @@ pub(crate) struct LocalRun {
 pub(crate) fn run(
     bag: &Bag,
     inputs: &Inputs,
-    parameters: &PipelineParameters,
+    (parameters, wants_mesh): (&PipelineParameters, bool),
     bag_name: &str,
     (progress, interrupt): (&Progress, &Interrupt),
 ) -> Result<LocalRun, Failure> {
@@ -69,8 +71,9 @@ pub(crate) fn run(
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
     let wants_grid = parameters.reconstruction().grid.grid != GridSource::None;
     let grid = wants_grid.then(|| pipeline.occupancy_grid());
+    let mesh = wants_mesh.then(|| pipeline.mesh());
     let record = pipeline.finish(bag_name);
-    Ok(LocalRun { record, losses, blind_scans, poses, grid, is_interrupted })
+    Ok(LocalRun { record, losses, blind_scans, poses, grid, mesh, is_interrupted })
 }
 
 /// The pipeline for the inputs of a bag.

@@ -5,7 +5,8 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use geometry::{OccupancyGrid, pcd, ply};
+use geometry::{OccupancyGrid, TriangleMesh, pcd, ply};
+use reconstruction::mesh::{self, MeshForm};
 use report::{RunRecord, Summary};
 
 use crate::existing::refuse_to_replace;
@@ -24,9 +25,14 @@ pub(super) const REPORT: &str = "report.html";
 const GRID: &str = "grid.yaml";
 const GRID_IMAGE: &str = "grid.pgm";
 
-/// The files that a run writes to its folder.
+/// The files that a run writes to its folder, and its meshes: [`mesh_name`].
 const RESULTS: [&str; 8] =
     ["map.ply", "map.pcd", "summary.json", REPORT, PARAMETERS, "trajectory.txt", GRID_IMAGE, GRID];
+
+/// The triangles.
+fn mesh_name(form: MeshForm) -> String {
+    format!("mesh.{}", form.extension())
+}
 
 /// Refuses a folder with the results of another run, unless `overwrite`.
 ///
@@ -34,9 +40,11 @@ const RESULTS: [&str; 8] =
 /// With the first of them.
 pub fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let results = RESULTS.map(|name| out.join(name));
+    let meshes = MeshForm::ALL.map(|form| out.join(mesh_name(form)));
     let removed = fs::read_dir(out.join(DYNAMIC_FOLDER)).into_iter().flatten().flatten();
     let removed = removed.map(|entry| entry.path()).filter(|path| is_removed_cloud(path));
-    refuse_to_replace(results.into_iter().chain(removed), overwrite, "--out")
+    let results = results.into_iter().chain(meshes).chain(removed);
+    refuse_to_replace(results, overwrite, "--out")
 }
 
 /// The output folder of a run. It is removed if nothing is written to it.
@@ -116,15 +124,39 @@ impl OutputFolder {
 
     /// Removes the grid of an earlier run: it is none of this one's map.
     pub(super) fn remove_grid(&self) -> Result<(), Failure> {
-        for path in [GRID, GRID_IMAGE].map(|name| self.path.join(name)) {
-            match fs::remove_file(&path) {
-                Err(error) if error.kind() != ErrorKind::NotFound => {
-                    return Err(cannot_write(&path, &error));
-                }
-                _ => {}
-            }
+        [GRID, GRID_IMAGE].iter().try_for_each(|name| self.remove_file(name))
+    }
+
+    fn remove_file(&self, name: &str) -> Result<(), Failure> {
+        let path = self.path.join(name);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => Err(cannot_write(&path, &error)),
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Where the triangles go, for another process.
+    pub(super) fn mesh_file(&self, form: MeshForm) -> Result<PathBuf, Failure> {
+        let file = self.path.join(mesh_name(form));
+        std::path::absolute(&file).map_err(|error| cannot_write(&file, &error))
+    }
+
+    /// When the triangles that are there were saved.
+    pub(super) fn mesh_saved_at(&self, form: MeshForm) -> Option<SystemTime> {
+        fs::metadata(self.path.join(mesh_name(form))).and_then(|file| file.modified()).ok()
+    }
+
+    /// Writes the triangles.
+    pub(super) fn write_mesh(&self, mesh: &TriangleMesh, form: MeshForm) -> Result<(), Failure> {
+        let bytes =
+            mesh::encode(mesh, form).map_err(|error| Failure::new(format!("--mesh: {error}")))?;
+        self.write_file(&mesh_name(form), &bytes)
+    }
+
+    /// Removes the triangles of an earlier run: they are none of this one's map.
+    pub(super) fn remove_meshes_but(&self, written: Option<MeshForm>) -> Result<(), Failure> {
+        let former = MeshForm::ALL.into_iter().filter(|form| Some(*form) != written);
+        former.map(mesh_name).try_for_each(|name| self.remove_file(&name))
     }
 
     /// Writes the occupancy grid; the file that names the image last.

@@ -110,6 +110,7 @@ impl PipelineParameters {
         // The map of a run is that of its bag alone, and is written to the folder of the run.
         parameters.reconstruction.map_file = String::new();
         parameters.reconstruction.grid_file = String::new();
+        parameters.reconstruction.mesh_file = String::new();
         let checked = parameters.reconstruction.config.validate();
         checked.map_err(|error| Failure::new(error.to_string()))?;
         let [segmentation, reconstruction] =

@@ -2,14 +2,14 @@
 //! only on the published messages, so the same messages give the same record, except for the times.
 
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
-use geometry::OccupancyGrid;
+use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
 use reconstruction::shell::Stage as Reconstruction;
-use reconstruction::{GridError, Map, WholeMap};
+use reconstruction::{GridError, Map, MeshError, WholeMap};
 use report::{RunRecord, Transport};
 use segmentation::shell::Stage as Segmentation;
 
@@ -132,6 +132,11 @@ impl Pipeline {
     /// The occupancy grid of the map so far.
     pub(crate) fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
         self.reconstruction.occupancy_grid()
+    }
+
+    /// The map so far as triangles.
+    pub(crate) fn mesh(&self) -> Result<TriangleMesh, MeshError> {
+        self.reconstruction.mesh()
     }
 
     /// The number of scans with too few returns to find motion in.

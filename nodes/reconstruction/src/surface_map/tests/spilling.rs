@@ -110,6 +110,10 @@ fn a_map_driven_along_a_corridor_and_back_is_that_of_unbounded_memory() {
     let (whole, expected) = (map.whole(), twin.whole());
     println!("{:?}, {} of {} blocks", counts(&map), map.fill().1, twin.fill().1);
     assert!(whole == expected && whole.points_m.len() > 10_000);
+    // The triangles come tile by tile, and are the same ones.
+    let (mesh, expected) = (map.mesh().unwrap(), twin.mesh().unwrap());
+    assert!(mesh.triangles.len() > 20_000 && mesh.edges() == expected.edges());
+    assert_eq!((mesh.points_m.len(), mesh.edges().wrong), (expected.points_m.len(), 0));
     let counts = counts(&map);
     assert!(counts.tiles_in_store > 20 && counts.read > 20, "{counts:?}");
     assert_eq!((counts.lost, counts.failed, map.take_tile_error()), (0, 0, None));
