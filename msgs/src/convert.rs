@@ -20,6 +20,7 @@ mod labels;
 mod lidar_cloud;
 mod map_path;
 mod marker;
+mod mesh_markers;
 mod occupancy_grid;
 mod picture;
 mod pose;
@@ -60,6 +61,7 @@ pub use lidar_cloud::{
 };
 pub use map_path::{map_path_from_message, message_from_map_path};
 pub use marker::markers_from_tracks;
+pub use mesh_markers::markers_from_mesh;
 pub use occupancy_grid::{message_from_grid, update_of_grid};
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{

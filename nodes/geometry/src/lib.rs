@@ -96,7 +96,7 @@ pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthErro
 pub use scan_ray::ScanRay;
 pub use stamp::Stamp;
 pub use track::Track;
-pub use triangle_mesh::{MeshEdges, TriangleMesh};
+pub use triangle_mesh::{MeshEdges, MeshPiece, MeshUpdate, TriangleMesh};
 pub use voxel::{
     BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
 };

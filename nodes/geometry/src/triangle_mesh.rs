@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Point3, Vector3};
 
+use crate::Stamp;
+
 /// A surface of triangles. See the fields.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct TriangleMesh {
@@ -15,6 +17,28 @@ pub struct TriangleMesh {
     pub colours: Vec<[u8; 3]>,
     /// Indices of vertices, counterclockwise as seen from the side to which the normals point.
     pub triangles: Vec<[u32; 3]>,
+}
+
+/// The triangles of one block of a map, which take the place of those that a listener has of it.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct MeshPiece {
+    /// The block, counted along x, y and z.
+    pub block: [i32; 3],
+    /// Its triangles; none where they have gone.
+    pub mesh: TriangleMesh,
+}
+
+/// What a listener has to do to its copy of a mesh, in a frame at a moment.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct MeshUpdate {
+    /// The moment of the map.
+    pub stamp: Stamp,
+    /// The map's frame.
+    pub frame_id: String,
+    /// All that a listener has goes first: the map was emptied, replaced or corrected.
+    pub is_anew: bool,
+    /// What has changed.
+    pub pieces: Vec<MeshPiece>,
 }
 
 /// How the triangles of a mesh share their edges.

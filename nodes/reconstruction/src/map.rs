@@ -1,7 +1,8 @@
 //! The static map of either kind: chosen once, by the parameters.
 
 use geometry::{
-    ColouredCloud, MapPath, OccupancyGrid, OrientedPoints, SegmentedCycle, TriangleMesh, VoxelGrid,
+    ColouredCloud, MapPath, MeshUpdate, OccupancyGrid, OrientedPoints, SegmentedCycle,
+    TriangleMesh, VoxelGrid,
 };
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
@@ -155,6 +156,28 @@ impl Map {
         match self {
             Self::Means(_) => Err(MeshError::NoDistances),
             Self::Surface(map) => map.mesh(),
+        }
+    }
+
+    /// A listener to the mesh is there: [`SurfaceMap::follow_mesh`]. A map of means has none.
+    pub fn follow_mesh(&mut self) {
+        if let Self::Surface(map) = self {
+            map.follow_mesh();
+        }
+    }
+
+    /// There are no listeners to the mesh any more.
+    pub fn unfollow_mesh(&mut self) {
+        if let Self::Surface(map) = self {
+            map.unfollow_mesh();
+        }
+    }
+
+    /// The next changes of the mesh: [`SurfaceMap::take_mesh_changes`].
+    pub fn take_mesh_changes(&mut self, most_triangles: usize) -> Option<MeshUpdate> {
+        match self {
+            Self::Means(_) => None,
+            Self::Surface(map) => map.take_mesh_changes(most_triangles),
         }
     }
 

@@ -16,6 +16,10 @@
 //! in the same message as a point. RViz cannot remove points: it shows `static_map`, which after a removal
 //! is published after a quarter of its period.
 //!
+//! `mesh` has the surface as triangles, a marker for each block of voxels, of the method `free_space`. Blocks that have changed
+//! are published while somebody subscribes, the first ones to change first; all of them for a new subscriber. A marker takes the place of
+//! the former one of its namespace and number. After a map was emptied, replaced or corrected all markers go first.
+//!
 //! # Corrections
 //! The source of the poses may correct its map, as a SLAM that closes a loop. On `map_path` it publishes its
 //! corrected trajectory: the map is corrected with it ([`Map::follow_path`](crate::Map::follow_path)), and is
@@ -37,6 +41,7 @@ mod grid_output;
 mod loading;
 mod map_file;
 mod mesh_file;
+mod mesh_output;
 mod parameters;
 mod path;
 mod saving;
@@ -69,6 +74,7 @@ const PROGRAM: Program = Program {
              out static_map_removals (sensor_msgs/msg/PointCloud2, map frame), reliable: the last points of voxels that have gone
              out map (nav_msgs/msg/OccupancyGrid, map frame), reliable and transient local: the floor plan, unless grid is none
              out map_updates (map_msgs/msg/OccupancyGridUpdate, map frame), reliable: what has changed in it
+             out mesh (visualization_msgs/msg/MarkerArray, map frame), reliable: the blocks' triangles that have changed; of the method free_space
              out ~/report (stillmap_msgs/msg/StageReport), reliable
              srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now
              srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file, the grid to that of grid_file, the triangles to that of mesh_file
@@ -114,6 +120,12 @@ geometry::parameters! {
         /// on map the whole grid once in map_publish_period_s, and when its border has moved. Making it costs by the whole map.
         // slam_toolbox publishes its grid every 5 s.
         grid_period_s: f64 = 2.0, between(SHORTEST_S, LONGEST_S), changeable;
+        /// While somebody subscribes to the mesh, the triangles of blocks that have changed are published once in this time.
+        // With the most triangles of a message 10,000 a second: a room of 100,000 takes a new subscriber 10 s.
+        mesh_update_period_s: f64 = 0.1, between(SHORTEST_S, LONGEST_S), changeable;
+        /// The most triangles of one message of the mesh, 120 bytes each with colours and 72 without, or those of one block; the
+        /// others come with the next one. 1,000 arrive whole also where the kernel's receive buffer is at its default of 208 KiB.
+        mesh_update_max_triangles: usize = 1_000, at_least(1.0), changeable;
         /// The file of the occupancy grid for map_server: a path that ends in .yaml, or "" for none. The image is beside it, with
         /// the ending .pgm. Both are saved with the map: once in map_save_period_s while it changes, by ~/save_map, and when the
         /// node ends. With grid none they are not.

@@ -20,8 +20,8 @@ use estimation::executor::Serial;
 use geometry::{Cloud, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
-    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, PlaneOccupancy, Surface,
-    SurfaceConfig,
+    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, MeshFollower, PlaneOccupancy,
+    Surface, SurfaceConfig,
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
@@ -38,10 +38,12 @@ const SHARE_DROPPED: usize = 16;
 ///
 /// # Memory
 /// 2.1 kB a block, of which there are `max_map_blocks` at most, and 1.5 kB more of one that has colours; what one image needs
-/// besides, and is kept, is bounded by the image. While changes are followed, some 600 bytes more a block.
+/// besides, and is kept, is bounded by the image. While changes are followed, some 600 bytes more a block, and while
+/// the mesh is, some 500.
 ///
 /// With [`AtMaxVoxels::Spill`] `max_map_blocks` bounds what is in memory. Besides grow, with the way that was driven and no other
-/// bound, the 30 to 60 bytes of each tile that is out of memory.
+/// bound, the 30 to 60 bytes of each tile that is out of memory, and while the mesh is followed some 50 of each block there that
+/// listeners were told of.
 #[derive(Debug)]
 pub struct SurfaceMap {
     surface: Surface,
@@ -53,6 +55,10 @@ pub struct SurfaceMap {
     follower: Option<ChangeFollower>,
     /// Followed anew, for listeners that need the whole map.
     is_followed_anew: bool,
+    /// Present while somebody follows the mesh.
+    mesh_follower: Option<MeshFollower>,
+    /// What listeners have of the mesh is of another map.
+    is_mesh_anew: bool,
     frame_id: Option<String>,
     stamp: Stamp,
     corrections: Corrections,
@@ -77,6 +83,8 @@ impl SurfaceMap {
             spill: tiles.map(|(frame, store)| Spill::new(frame, store)),
             follower: None,
             is_followed_anew: false,
+            mesh_follower: None,
+            is_mesh_anew: false,
             frame_id: None,
             stamp: Stamp::default(),
             corrections: Corrections::default(),
@@ -129,6 +137,9 @@ impl SurfaceMap {
         if let Some(follower) = &mut self.follower {
             follower.follow(&self.surface);
         }
+        if let Some(follower) = &mut self.mesh_follower {
+            follower.follow(&self.surface);
+        }
         Ok(Addition {
             refused_points: update.refused_blocks - added,
             new_voxels: update.new_blocks + added,
@@ -152,6 +163,9 @@ impl SurfaceMap {
             if let Some(follower) = &mut self.follower {
                 follower.follow_block(*key);
             }
+            if let Some(follower) = &mut self.mesh_follower {
+                follower.follow_block(*key);
+            }
         }
         oldest.len()
     }
@@ -171,6 +185,7 @@ impl SurfaceMap {
             *follower = ChangeFollower::default();
         }
         self.is_followed_anew = false;
+        self.follow_mesh_anew();
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.corrections.clear();
@@ -248,7 +263,8 @@ impl SurfaceMap {
     /// About how many bytes the map takes now.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let follower = self.follower.as_ref().map_or(0, ChangeFollower::memory_bytes);
+        let follower = self.follower.as_ref().map_or(0, ChangeFollower::memory_bytes)
+            + self.mesh_follower.as_ref().map_or(0, MeshFollower::memory_bytes);
         let spill = self.spill.as_ref().map_or(0, |spill| spill.tiles.memory_bytes());
         let grid = self.grid_plane().map_or(0, PlaneOccupancy::memory_bytes);
         self.surface.memory_bytes() + self.view.memory_bytes() + follower + spill + grid

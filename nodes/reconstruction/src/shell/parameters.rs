@@ -29,6 +29,8 @@ pub(super) struct Settings {
     pub(super) grid_period: Duration,
     /// The files of the occupancy grid, where one is made.
     pub(super) grid_file: Option<GridFile>,
+    pub(super) mesh_period: Duration,
+    pub(super) most_mesh_triangles: usize,
     /// The file of the triangles.
     pub(super) mesh_file: Option<MeshFile>,
 }
@@ -59,6 +61,8 @@ impl Settings {
             save_period: Duration::try_from_secs_f64(parameters.map_save_period_s)?,
             grid_period: Duration::try_from_secs_f64(parameters.grid_period_s)?,
             grid_file: grid_file.filter(|_| has_grid),
+            mesh_period: Duration::try_from_secs_f64(parameters.mesh_update_period_s)?,
+            most_mesh_triangles: parameters.mesh_update_max_triangles,
             mesh_file,
         })
     }

@@ -11,6 +11,7 @@ use node_shell::{
 use tokio::time::Instant;
 
 use super::grid_output::GridOutput;
+use super::mesh_output::MeshOutput;
 use super::parameters::Settings;
 use super::path::{self, PathWatch};
 use super::saving::Unsaved;
@@ -48,6 +49,8 @@ pub struct Stage {
     removals: Publisher<PointCloud2>,
     /// Absent where no grid is asked for: another node may publish on `map`.
     grid: Option<GridOutput>,
+    /// Absent where the map has no distances.
+    mesh: Option<MeshOutput>,
     most_update_points: usize,
     map_failed: Throttle,
     spill_watch: SpillWatch,
@@ -80,6 +83,9 @@ impl Stage {
             grid: (parameters.config.grid.grid != GridSource::None)
                 .then(|| GridOutput::new(node, &settings))
                 .transpose()?,
+            mesh: (parameters.config.pipeline.needs_depth())
+                .then(|| MeshOutput::new(node, &settings))
+                .transpose()?,
             most_update_points: settings.most_update_points,
             map_failed: Throttle::for_warnings(),
             spill_watch: SpillWatch::new(node.counters()),
@@ -95,6 +101,9 @@ impl Stage {
         self.most_update_points = settings.most_update_points;
         if let Some(grid) = &mut self.grid {
             grid.change(settings);
+        }
+        if let Some(mesh) = &mut self.mesh {
+            mesh.change(settings);
         }
     }
 
@@ -218,6 +227,9 @@ impl Stage {
         }
         if let Some(grid) = &mut self.grid {
             grid.look(&mut self.map, now);
+        }
+        if let Some(mesh) = &mut self.mesh {
+            mesh.look(&mut self.map, now);
         }
         self.spill_watch.look(&mut self.map, now);
     }

@@ -41,6 +41,7 @@ impl SurfaceMap {
             grid.correct(now_from_before);
         }
         self.follow_changes_anew();
+        self.follow_mesh_anew();
         let shift_m = self.corrections.done(asked);
         let merged_voxels = before.saturating_sub(self.len());
         Ok(MapCorrection { moved_voxels, merged_voxels, shift_m })

@@ -74,6 +74,7 @@ impl SurfaceMap {
         let stamp = self.stamp;
         self.clear();
         (self.surface, self.stamp) = (surface, stamp);
+        self.follow_mesh_anew();
         self.rename_frame(frame_id);
         Ok(Addition { new_voxels: self.surface.blocks(), ..Addition::default() })
     }
@@ -102,6 +103,7 @@ impl SurfaceMap {
             };
             addition.new_voxels += new_blocks;
         }
+        self.follow_mesh_anew();
         Ok(addition)
     }
 
@@ -138,7 +140,9 @@ impl SurfaceMap {
 
     /// Gives the frame of the map another name. The points stay.
     pub fn rename_frame(&mut self, frame_id: &str) {
-        self.frame_id = Some(frame_id.to_owned());
+        if self.frame_id.replace(frame_id.to_owned()).is_some_and(|before| before != frame_id) {
+            self.follow_mesh_anew();
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The map as triangles.
 
-use geometry::TriangleMesh;
-use volume::{BlockMesh, MeshJoiner, PointRules};
+use geometry::{MeshPiece, MeshUpdate, TriangleMesh};
+use volume::{BlockBox, BlockMesh, MeshChange, MeshFollower, MeshJoiner, PointRules};
 
 use super::SurfaceMap;
 use crate::MeshError;
@@ -29,5 +29,61 @@ impl SurfaceMap {
             }
         };
         if whole.triangles.is_empty() { Err(MeshError::NoTriangles) } else { Ok(whole) }
+    }
+
+    /// A listener to the mesh that knows nothing is there: it is told of all blocks in memory, and of those that others were told
+    /// of, and then of what changes.
+    pub fn follow_mesh(&mut self) {
+        self.mesh_follower.get_or_insert_default().begin_to_show(&self.surface);
+    }
+
+    /// There are no listeners to the mesh any more.
+    pub fn unfollow_mesh(&mut self) {
+        (self.mesh_follower, self.is_mesh_anew) = (None, false);
+    }
+
+    /// Another map has taken the place of this one.
+    pub(super) fn follow_mesh_anew(&mut self) {
+        if let Some(follower) = &mut self.mesh_follower {
+            *follower = MeshFollower::default();
+            follower.begin_to_show(&self.surface);
+            self.is_mesh_anew = true;
+        }
+    }
+
+    /// The next changes of the mesh: of so many blocks that there are no more than `most_triangles`, or of one block. `None` where there
+    /// are none.
+    pub fn take_mesh_changes(&mut self, most_triangles: usize) -> Option<MeshUpdate> {
+        self.begin_round();
+        let (mut changes, mut taken) = (Vec::new(), 0);
+        for _ in 0..self.mesh_follower.as_ref().map_or(0, MeshFollower::waiting) {
+            let next = self.mesh_follower.as_ref().and_then(MeshFollower::next_waiting);
+            let Some(key) = next else { break };
+            // Its tile may have been spilled since, or the next one.
+            let is_here = self.fetch(BlockBox { least: key, most: key.offset(1, 1, 1) });
+            let Some(follower) = &mut self.mesh_follower else { break };
+            if !is_here {
+                follower.postpone();
+                continue;
+            }
+            let rules = PointRules::default();
+            if !follower.take_next(&self.surface, rules, most_triangles, &mut taken, &mut changes) {
+                break;
+            }
+        }
+        let is_anew = std::mem::take(&mut self.is_mesh_anew);
+        if changes.is_empty() && !is_anew {
+            return None;
+        }
+        let piece = |MeshChange { key, mesh }: MeshChange| MeshPiece {
+            block: key.coordinates(),
+            mesh: mesh.alone(),
+        };
+        Some(MeshUpdate {
+            stamp: self.stamp,
+            frame_id: self.frame_id.clone().unwrap_or_default(),
+            is_anew,
+            pieces: changes.into_iter().map(piece).collect(),
+        })
     }
 }

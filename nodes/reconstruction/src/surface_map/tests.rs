@@ -1,5 +1,6 @@
 mod colours;
 mod loading;
+mod mesh;
 mod rules;
 pub(crate) mod scene;
 mod spilling;

@@ -106,6 +106,14 @@ impl BlockMesh {
         self.triangles.is_empty()
     }
 
+    /// The triangles by themselves: the normals at the border of the block are those of its own cells.
+    #[must_use]
+    pub fn alone(&self) -> TriangleMesh {
+        let mut joiner = MeshJoiner::default();
+        joiner.add(BlockKey::default(), self);
+        joiner.finish()
+    }
+
     /// The corners of each triangle.
     pub fn corners(&self) -> impl Iterator<Item = [&MeshVertex; 3]> {
         let vertex = |index: u16| self.vertices.get(usize::from(index));

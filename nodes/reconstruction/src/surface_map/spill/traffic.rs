@@ -167,5 +167,8 @@ impl SurfaceMap {
         if let Some(follower) = &mut self.follower {
             follower.left(key);
         }
+        if let Some(follower) = &mut self.mesh_follower {
+            follower.left(key);
+        }
     }
 }

@@ -88,6 +88,13 @@ impl MeshFollower {
         self.waiting.has_changed(key);
     }
 
+    /// A block has left for a store: listeners keep its triangles, and are told of them again when it is looked at next.
+    pub fn left(&mut self, key: BlockKey) {
+        if let Some(told) = self.told.get_mut(&key) {
+            *told = Told { is_stale: true, ..Told::default() };
+        }
+    }
+
     /// A listener that knows nothing is there: all blocks are told of, to every listener.
     pub fn begin_to_show(&mut self, surface: &Surface) {
         self.told.values_mut().for_each(|told| told.is_stale = true);
