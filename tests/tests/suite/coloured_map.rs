@@ -1,4 +1,4 @@
-//! A bag with a colour camera gives a map with colours, and a grid, whatever connects the nodes.
+//! A bag with a colour camera gives a map with colours, a grid and a mesh, whatever connects the nodes.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -10,7 +10,7 @@ use crate::local_run::files_of;
 use crate::program::{stillmap, succeed, summary};
 
 /// The small room with a colour camera beside the depth camera.
-fn coloured_room(folder: &Path) -> PathBuf {
+pub(crate) fn coloured_room(folder: &Path) -> PathBuf {
     static BAG: OnceLock<Vec<u8>> = OnceLock::new();
     made_once(&BAG, folder.join("coloured.mcap"), &["simulate", "small", "--colour"])
 }
@@ -30,13 +30,15 @@ fn the_map_has_the_colours_of_the_bag_and_the_same_ones_over_dds() {
     let folder = tempfile::tempdir().unwrap();
     let bag = coloured_room(folder.path());
     let [first, second, dds] = ["first", "second", "dds"].map(|name| folder.path().join(name));
-    run(&bag, &first, &["--grid", "scan"]);
-    run(&bag, &second, &["--grid", "scan"]);
-    run(&bag, &dds, &["--grid", "scan", "--transport", "dds"]);
+    let how = ["--grid", "scan", "--mesh", "glb"];
+    run(&bag, &first, &how);
+    run(&bag, &second, &how);
+    run(&bag, &dds, &[&how[..], &["--transport", "dds"]].concat());
     let (first_files, second_files) = (files_of(&first), files_of(&second));
     assert!(first_files == second_files, "two runs differ");
     assert_eq!(summary(&dds)["drops"], serde_json::json!([]), "nothing may be lost on the way");
-    for name in ["map.ply", "map.pcd", "grid.yaml", "grid.pgm", "parameters.yaml"] {
+    let names = ["map.ply", "map.pcd", "mesh.glb", "grid.yaml", "grid.pgm", "parameters.yaml"];
+    for name in names {
         assert!(first_files[name] == files_of(&dds)[name], "{name} differs over DDS");
     }
     let map = map_of(&first);
