@@ -29,6 +29,9 @@ const CAMERA: CameraModel = CameraModel {
 /// The number of images of the camera's path; then it goes back.
 const IMAGES: usize = 30;
 
+/// As many triangles as the node of the map has in a message.
+const MESSAGE_TRIANGLES: usize = 1_000;
+
 /// The depth of a ray from a position in the room, which has five walls, two boxes and a ball.
 fn depth_m(from: &Point3<f64>, ray: &Vector3<f64>) -> f64 {
     let planes = [
@@ -149,7 +152,10 @@ fn mesh(criterion: &mut Criterion) {
                     surface.integrate(&view, &Serial);
                     let start = Instant::now();
                     follower.follow(&surface);
-                    black_box(follower.take(&surface, PointRules::default(), usize::MAX));
+                    while follower.waiting() > 0 {
+                        let most = MESSAGE_TRIANGLES;
+                        black_box(follower.take(&surface, PointRules::default(), most));
+                    }
                     took += start.elapsed();
                 }
                 took

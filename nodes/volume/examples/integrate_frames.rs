@@ -13,8 +13,8 @@ use estimation::executor::{Executor, ScopedThreads, Serial};
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 use volume::{
-    DepthInput, DepthNoise, DepthRange, DepthView, Occupancy, OccupancyConfig, PointRules, Surface,
-    SurfaceConfig,
+    DepthInput, DepthNoise, DepthRange, DepthView, MeshFollower, Occupancy, OccupancyConfig,
+    PointRules, Surface, SurfaceConfig,
 };
 
 fn pose(text: &str) -> Isometry3<f64> {
@@ -26,6 +26,9 @@ fn pose(text: &str) -> Isometry3<f64> {
         UnitQuaternion::from_rotation_matrix(&rotation),
     )
 }
+
+/// As many triangles as the node of the map has in a message.
+const MESSAGE_TRIANGLES: usize = 1_000;
 
 /// Every eighth pixel's point along each axis: about as many as a cloud has that was reduced to voxels of 8 cm.
 fn points_of(
@@ -93,6 +96,7 @@ fn main() {
     let mut occupancy =
         Occupancy::new(OccupancyConfig { reach_m: 6.0, ..Default::default() }).unwrap();
     let (mut ms, mut preparation, mut space) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut follower, mut mesh) = (MeshFollower::default(), Vec::new());
     let mut update = None;
     // The first images create the blocks of the room, which happens only once in a run.
     for (image, map_from_camera) in frames.iter().cycle().take(repetitions.max(1) + 2) {
@@ -111,24 +115,32 @@ fn main() {
         occupancy.integrate(&camera_in_map, &view, &points_of(image, &camera, map_from_camera));
         preparation.push(prepared_ms);
         space.push(lap_ms());
+        follower.follow(&surface);
+        while follower.waiting() > 0 {
+            follower.take(&surface, PointRules::default(), MESSAGE_TRIANGLES);
+        }
+        mesh.push(lap_ms());
     }
     ms.drain(..2);
     // The minimum is the time on an idle machine.
     let of = |times: &mut Vec<f64>| {
         times.sort_by(f64::total_cmp);
-        format!("{:.2} (least {:.2})", times[times.len() / 2], times[0])
+        let most = times[times.len() - 1];
+        format!("{:.2} (least {:.2}, most {most:.2})", times[times.len() / 2], times[0])
     };
     let start = Instant::now();
     let points = surface.points(PointRules::default()).len();
     let points_ms = start.elapsed().as_secs_f64() * 1e3;
+    let triangles = surface.mesh(PointRules::default()).triangles.len();
     let update = update.unwrap();
     println!(
         "{{\"ms\": {ms:.3?}, \"note\": \"{} blocks compared of {}, {:.1} MB; preparation {} ms; {points} points in \
-         {points_ms:.1} ms; occupancy at 8 cm {} ms more\"}}",
+         {points_ms:.1} ms; occupancy at 8 cm {} ms more; the mesh of what has changed {} ms, of {triangles} triangles\"}}",
         update.compared_blocks,
         surface.blocks(),
         surface.memory_bytes() as f64 / 1e6,
         of(&mut preparation),
         of(&mut space),
+        of(&mut mesh),
     );
 }
