@@ -4,21 +4,13 @@ use nalgebra::{Point3, Vector3};
 
 use crate::TriangleMesh;
 use crate::point_file::{
-    Encoding, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, append_binary,
-    split_header,
+    Encoding, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, split_header,
 };
 
 /// A binary PLY file, least significant byte first, of points in metres.
 #[must_use]
 pub fn encode(points_m: &[Point3<f32>]) -> Vec<u8> {
-    let mut bytes = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\nend_header\n",
-        points_m.len()
-    )
-    .into_bytes();
-    append_binary(&mut bytes, points_m);
-    bytes
+    encode_with_colours(points_m, &[], &[])
 }
 
 /// The same with a normal for each point (`nx`, `ny`, `nz`); without where there are none, or not as many.
@@ -35,14 +27,30 @@ pub fn encode_with_colours(
     normals: &[Vector3<f32>],
     colours: &[[u8; 3]],
 ) -> Vec<u8> {
+    encode_elements(points_m.len(), &Parts::of(points_m, normals, colours), "")
+}
+
+/// The same of triangles: their vertices, and the element `face` with `vertex_indices`.
+#[must_use]
+pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
+    let TriangleMesh { points_m, normals, colours, triangles } = mesh;
+    let faces =
+        format!("element face {}\nproperty list uchar int vertex_indices\n", triangles.len());
     let parts = Parts::of(points_m, normals, colours);
-    if parts.normals.is_none() && parts.colours.is_none() {
-        return encode(points_m);
+    let mut bytes = encode_elements(points_m.len(), &parts, &faces);
+    bytes.reserve(triangles.len() * 13);
+    for triangle in triangles {
+        bytes.push(3);
+        triangle.iter().for_each(|index| bytes.extend(index.to_le_bytes()));
     }
+    bytes
+}
+
+/// The header, with what it says of further elements, and the vertices.
+fn encode_elements(vertices: usize, parts: &Parts<'_>, further_elements: &str) -> Vec<u8> {
     let mut header = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
-         property float x\nproperty float y\nproperty float z\n",
-        points_m.len()
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
+         property float x\nproperty float y\nproperty float z\n"
     );
     if parts.normals.is_some() {
         header += "property float nx\nproperty float ny\nproperty float nz\n";
@@ -50,27 +58,10 @@ pub fn encode_with_colours(
     if parts.colours.is_some() {
         header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
     }
+    header += further_elements;
     header += "end_header\n";
     let mut bytes = header.into_bytes();
     parts.append(&mut bytes, |bytes, colour| bytes.extend(colour));
-    bytes
-}
-
-/// A binary PLY file, least significant byte first, of triangles: the vertices as [`encode_with_colours`] has them, and the element
-/// `face` with `vertex_indices`.
-#[must_use]
-pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
-    const END: &[u8] = b"end_header\n";
-    let mut bytes = encode_with_colours(&mesh.points_m, &mesh.normals, &mesh.colours);
-    let faces =
-        format!("element face {}\nproperty list uchar int vertex_indices\n", mesh.triangles.len());
-    let end = bytes.windows(END.len()).position(|part| part == END).unwrap_or_default();
-    bytes.splice(end..end, faces.into_bytes());
-    bytes.reserve(mesh.triangles.len() * 13);
-    for triangle in &mesh.triangles {
-        bytes.push(3);
-        triangle.iter().for_each(|index| bytes.extend(index.to_le_bytes()));
-    }
     bytes
 }
 

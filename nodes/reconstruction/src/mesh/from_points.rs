@@ -19,9 +19,9 @@ const MOST_SPACING_M: f64 = 10.0;
 /// The points of another cloud than a map say where the surface is so many edges around them: it has no gaps between them.
 const REACH_IN_EDGES: f64 = 2.0;
 
-/// The triangles of points. Where there is one in each voxel of a grid, as of a map, they are those of the map as far as its points
-/// and normals say; of another cloud the points become patches that reach some way beyond its border. Normals that are missing are estimated. The
-/// voxels have the edge `edge_m`; where it is not given the edge of the map, or how far apart the points are.
+/// The triangles of points. Where there is one in each voxel of a grid, as of a map, they are those of the map as far as its
+/// points and normals say; of another cloud the points become patches that reach some way beyond its border. Normals that are
+/// missing are estimated. The voxels have the edge `edge_m`; where it is not given the edge of the map, or how far apart the points are.
 ///
 /// # Errors
 /// When there are no points, the edge means nothing, or the points join to no surface.

@@ -3,13 +3,15 @@
 //!
 //! Colours are `COLOR_0`, linear light as the specification has it (section 3.9.2), with 16 bits: cameras give sRGB.
 
+use std::collections::BTreeMap;
+
 use geometry::TriangleMesh;
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Target, View};
 use gltf_json::material::{PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::scene::UnitQuaternion;
-use gltf_json::validation::Checked::Valid;
+use gltf_json::validation::Checked::{self, Valid};
 use gltf_json::{Accessor, Buffer, Index, Material, Mesh, Node, Root, Scene, Value};
 
 use super::MeshError;
@@ -106,8 +108,7 @@ fn numbers_of(mesh: &TriangleMesh) -> Numbers {
         accessor.min = bound(f32::min, f32::INFINITY);
         accessor.max = bound(f32::max, f32::NEG_INFINITY);
     }
-    let mut attributes =
-        std::collections::BTreeMap::from([(Valid(Semantic::Positions), positions)]);
+    let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), positions)]);
     if normals.len() == count {
         let along =
             normals.iter().flat_map(|normal| normal.iter()).flat_map(|along| along.to_le_bytes());
@@ -134,10 +135,7 @@ fn numbers_of(mesh: &TriangleMesh) -> Numbers {
 impl Numbers {
     fn add_scene(
         &mut self,
-        attributes: std::collections::BTreeMap<
-            gltf_json::validation::Checked<Semantic>,
-            Index<Accessor>,
-        >,
+        attributes: BTreeMap<Checked<Semantic>, Index<Accessor>>,
         indices: Index<Accessor>,
     ) {
         let root = &mut self.root;

@@ -53,12 +53,6 @@ impl MeshJoiner {
         new
     }
 
-    /// How many triangles there are by now.
-    #[must_use]
-    pub fn triangles(&self) -> usize {
-        self.mesh.triangles.len()
-    }
-
     /// The mesh. Without colours where no vertex has one.
     #[must_use]
     pub fn finish(self) -> TriangleMesh {
