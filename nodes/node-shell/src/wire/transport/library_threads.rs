@@ -6,8 +6,8 @@
 //! creates the next endpoint waits to write to the database, which holds up every reader after it. Some twenty
 //! participants that start together on a busy machine are enough: one of them neither receives nor sends any more. So
 //! the participant receives nothing while an endpoint is made, and it is made once both threads are done with what came
-//! before. The library's interface does not show when they are, but the kernel does: when both sleep at one moment, the
-//! queue is empty and nothing is locked.
+//! before. The library's interface does not show when they are, but the kernel does: when both wait for events at one moment,
+//! and neither for a lock, the queue is empty and nothing is locked.
 
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant};
@@ -17,12 +17,19 @@ use super::reception::{Paused, Reception};
 /// How the library's threads are called: "RustDDS Participant 0 event loop", "RustDDS discovery thread".
 const NAME: &str = "RustDDS";
 
-/// The pause between two looks. The threads need some 0.1 ms for an endpoint.
-const PAUSE: Duration = Duration::from_micros(100);
+/// In the name of each function of the kernel in which a thread waits for a lock, or for room in a queue.
+const LOCK: &str = "futex";
 
-/// After this long an endpoint is made in any case. While nothing is received the threads come to rest, as soon as they have had
-/// the CPU time for what they have received; only where reception cannot be paused, data can keep the event loop busy for ever.
-const LONGEST: Duration = Duration::from_secs(2);
+/// The first pause between two looks: the threads need some 0.1 ms for an endpoint. Each further one is twice as long, so that
+/// where many participants share a processor the looks do not take it from the threads that are looked at.
+const FIRST_PAUSE: Duration = Duration::from_micros(100);
+const LONGEST_PAUSE: Duration = Duration::from_millis(20);
+
+/// After this long an endpoint is made in any case: while nothing is received the threads come to rest as soon as they have had
+/// the CPU time for what they have received, which takes seconds where many participants start on a busy machine.
+const LONGEST: Duration = Duration::from_secs(60);
+/// The same where reception cannot be paused, so that data can keep the event loop busy for ever.
+const LONGEST_WHILE_RECEIVING: Duration = Duration::from_secs(2);
 
 /// The library's threads for one participant, by their numbers in the kernel, and what keeps them busy: none where the kernel
 /// does not list them, which is always at rest.
@@ -40,7 +47,8 @@ pub(crate) struct AtRest<'a>(#[expect(dead_code, reason = "it ends with this")] 
 /// A thread as the kernel shows it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Look {
-    sleeps: bool,
+    /// Waits for something to do, and for no lock.
+    idles: bool,
     /// How often it has left the processor: a thread that woke in between has.
     switches: u64,
 }
@@ -62,20 +70,24 @@ impl LibraryThreads {
         Self { numbers, reception: Reception::of(sockets) }
     }
 
-    /// Pauses the reception, and waits until all threads sleep at one moment. One at a time.
+    /// Pauses the reception, and waits until all threads idle at one moment. One at a time.
     pub(crate) fn at_rest(&self) -> AtRest<'_> {
         let paused = self.reception.pause();
+        let is_paused = self.reception.can_be_paused();
+        let longest = if is_paused { LONGEST } else { LONGEST_WHILE_RECEIVING };
         let begun = Instant::now();
-        while !self.rest() && begun.elapsed() < LONGEST {
-            std::thread::sleep(PAUSE);
+        let mut pause = FIRST_PAUSE;
+        while !self.rest() && begun.elapsed() < longest {
+            std::thread::sleep(pause);
+            pause = (2 * pause).min(LONGEST_PAUSE);
         }
         AtRest(paused)
     }
 
-    /// Whether each sleeps, and has slept from the first look at it to the second: all of them between the looks.
+    /// Whether each idles, and has idled from the first look at it to the second: all of them between the looks.
     fn rest(&self) -> bool {
         let first = self.looks();
-        first.iter().all(|look| look.sleeps) && self.looks() == first
+        first.iter().all(|look| look.idles) && self.looks() == first
     }
 
     fn looks(&self) -> Vec<Look> {
@@ -85,10 +97,13 @@ impl LibraryThreads {
 
 /// `None` where there is no such thread of the library: it has ended.
 fn look(number: u32) -> Option<Look> {
-    parse(&std::fs::read_to_string(format!("/proc/self/task/{number}/status")).ok()?)
+    let read = |name: &str| std::fs::read_to_string(format!("/proc/self/task/{number}/{name}"));
+    // Some kernels do not tell.
+    parse(&read("status").ok()?, &read("wchan").unwrap_or_default())
 }
 
-fn parse(status: &str) -> Option<Look> {
+/// A thread's status, and the kernel's function in which it waits (proc_pid_wchan(5)).
+fn parse(status: &str, waits_in: &str) -> Option<Look> {
     let field = |name: &str| {
         status.lines().find_map(|line| Some(line.strip_prefix(name)?.strip_prefix(':')?.trim()))
     };
@@ -97,7 +112,7 @@ fn parse(status: &str) -> Option<Look> {
         return None;
     }
     Some(Look {
-        sleeps: field("State")?.starts_with('S'),
+        idles: field("State")?.starts_with('S') && !waits_in.contains(LOCK),
         switches: count("voluntary_ctxt_switches")? + count("nonvoluntary_ctxt_switches")?,
     })
 }

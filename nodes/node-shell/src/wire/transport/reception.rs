@@ -34,6 +34,11 @@ impl Reception {
         Self { awaited: awaited.filter(|one| sockets.contains(&one.socket)).collect() }
     }
 
+    /// Whether there is something to pause.
+    pub(super) fn can_be_paused(&self) -> bool {
+        !self.awaited.is_empty()
+    }
+
     /// From now on nothing is received, until what is returned is dropped. One at a time.
     pub(super) fn pause(&self) -> Paused<'_> {
         self.awaited.iter().for_each(|one| set(*one, NOTHING));

@@ -1,3 +1,5 @@
+use std::io::Read;
+use std::os::unix::net::UnixStream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
@@ -9,18 +11,29 @@ use crate::wire::transport::free_domain::FreeDomain;
 use crate::{Node, Publisher, Qos, RosArguments, Subscription};
 
 /// No test needs this long, on the busiest of machines.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 const STATUS: &str = "Name:\tRustDDS discove\nUmask:\t0022\nState:\tS (sleeping)\nTgid:\t2409\nThreads:\t7\n\
                       voluntary_ctxt_switches:\t310\nnonvoluntary_ctxt_switches:\t12\n";
 
 #[test]
 fn a_thread_is_known_by_its_name_and_its_state() {
-    assert_eq!(parse(STATUS), Some(Look { sleeps: true, switches: 322 }));
+    let idles = Some(Look { idles: true, switches: 322 });
+    let busy = Some(Look { idles: false, switches: 322 });
+    assert_eq!(parse(STATUS, "ep_poll"), idles);
+    assert_eq!(parse(STATUS, ""), idles, "a kernel that does not tell");
     let runs = STATUS.replace("S (sleeping)", "R (running)");
-    assert_eq!(parse(&runs), Some(Look { sleeps: false, switches: 322 }));
-    assert_eq!(parse(&STATUS.replace("RustDDS", "tokio")), None);
-    assert_eq!(parse("Name:\tRustDDS discove\n"), None, "it says too little");
+    assert_eq!(parse(&runs, "0"), busy);
+    assert_eq!(parse(&STATUS.replace("RustDDS", "tokio"), "ep_poll"), None);
+    assert_eq!(parse("Name:\tRustDDS discove\n", "ep_poll"), None, "it says too little");
+}
+
+/// It once counted as idle: an endpoint was made while the library's thread still had work, and both waited for ever.
+#[test]
+fn a_thread_that_waits_for_a_lock_does_not_idle() {
+    for waits_in in ["futex_do_wait", "futex_wait_queue", "futex_wait_queue_me"] {
+        assert_eq!(parse(STATUS, waits_in), Some(Look { idles: false, switches: 322 }));
+    }
 }
 
 #[test]
@@ -28,13 +41,15 @@ fn a_thread_that_runs_is_not_at_rest() {
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     let (send, number) = mpsc::channel();
+    let (mut waits, end) = UnixStream::pair().unwrap();
     let thread = std::thread::Builder::new().name("RustDDS test".to_owned());
     let thread = thread.spawn(move || {
         send.send(rustix::thread::gettid().as_raw_nonzero().get().unsigned_abs()).unwrap();
         while !stopped.load(Ordering::Relaxed) {
             std::hint::spin_loop();
         }
-        std::thread::park();
+        // It waits for the other end to close, as the library's threads for events: not for a lock.
+        waits.read(&mut [0]).unwrap()
     });
     let thread = thread.unwrap();
     let numbers = BTreeSet::from([number.recv().unwrap()]);
@@ -43,7 +58,7 @@ fn a_thread_that_runs_is_not_at_rest() {
     stop.store(true, Ordering::Relaxed);
     let _at_rest = threads.at_rest();
     assert!(threads.rest(), "it sleeps");
-    thread.thread().unpark();
+    drop(end);
     thread.join().unwrap();
     // Its entry may be there for a moment longer.
     drop(threads.at_rest());
