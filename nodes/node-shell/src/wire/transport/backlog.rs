@@ -10,11 +10,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use super::sockets::{self, SocketHandle};
+use super::sockets::SocketHandle;
 
-/// This part of its receive buffer is much. A library that keeps up has it lower again and again, even where
-/// datagrams come without a pause: 588 MB/s on two cores (measured).
-const MUCH: u64 = 8;
+/// So many eighths of its receive buffer are much: one that waits, and two that the kernel may still count of what was read. A
+/// library that keeps up has less waiting again and again, even where datagrams come without a pause: 588 MB/s on two cores
+/// (measured).
+const MUCH_EIGHTHS: u64 = 3;
 /// How long that may last: several periods of a camera.
 const LONGEST_BACKLOG: Duration = Duration::from_millis(200);
 /// How often sockets are looked at.
@@ -23,14 +24,6 @@ const LOOK: Duration = Duration::from_millis(50);
 const BUSY_LOOK: Duration = Duration::from_millis(10);
 /// The kernel makes the least of it that it allows.
 const CLOSED: usize = 0;
-
-/// A socket that is to be watched.
-#[derive(Debug)]
-pub(super) struct ReceivingSocket {
-    /// As the kernel lists it.
-    pub(super) inode: u64,
-    pub(super) handle: SocketHandle,
-}
 
 /// Watches the sockets of a participant until it is dropped.
 #[derive(Debug)]
@@ -45,7 +38,7 @@ impl BacklogWatch {
     ///
     /// # Errors
     /// When no thread can be started.
-    pub(super) fn start(sockets: Vec<ReceivingSocket>) -> std::io::Result<Self> {
+    pub(super) fn start(sockets: Vec<SocketHandle>) -> std::io::Result<Self> {
         let (stop, stopped) = channel();
         let mut watched: Vec<_> = sockets.into_iter().filter_map(Watched::new).collect();
         let thread = std::thread::Builder::new()
@@ -68,21 +61,12 @@ impl Drop for BacklogWatch {
 fn watch(sockets: &mut Vec<Watched>, stopped: &Receiver<()>) {
     loop {
         let now = Instant::now();
-        match sockets::list() {
-            Ok(listed) => sockets.retain_mut(|socket| {
-                let found = listed.iter().find(|entry| entry.inode == socket.inode);
-                // While sockets come and go, the list may leave one out.
-                found.is_none_or(|entry| {
-                    socket
-                        .look(now, entry.waiting_bytes)
-                        .inspect_err(|error| {
-                            tracing::debug!("a socket is no longer watched: {error}");
-                        })
-                        .is_ok()
-                })
-            }),
-            Err(error) => tracing::debug!("the kernel does not list sockets: {error}"),
-        }
+        sockets.retain_mut(|socket| {
+            let looked = socket.look(now);
+            looked
+                .inspect_err(|error| tracing::debug!("a socket is no longer watched: {error}"))
+                .is_ok()
+        });
         let busy = sockets.iter().any(|socket| socket.backlog.since.is_some());
         match stopped.recv_timeout(if busy { BUSY_LOOK } else { LOOK }) {
             Err(RecvTimeoutError::Timeout) => {}
@@ -94,7 +78,6 @@ fn watch(sockets: &mut Vec<Watched>, stopped: &Receiver<()>) {
 /// A socket with its backlog.
 #[derive(Debug)]
 struct Watched {
-    inode: u64,
     handle: SocketHandle,
     /// The receive buffer while the socket is open.
     open_bytes: usize,
@@ -102,19 +85,18 @@ struct Watched {
 }
 
 impl Watched {
-    fn new(socket: ReceivingSocket) -> Option<Self> {
-        let ReceivingSocket { inode, handle } = socket;
+    fn new(handle: SocketHandle) -> Option<Self> {
         let open_bytes = handle
             .receive_buffer()
             .inspect_err(|error| tracing::debug!("a socket is not watched: {error}"))
             .ok()?;
-        Some(Self { inode, handle, open_bytes, backlog: Backlog::default() })
+        Some(Self { handle, open_bytes, backlog: Backlog::default() })
     }
 
-    fn look(&mut self, now: Instant, waiting_bytes: u64) -> std::io::Result<()> {
+    fn look(&mut self, now: Instant) -> std::io::Result<()> {
         // The kernel counts its own memory, and allows twice the receive buffer of it.
-        let much_bytes = 2 * self.open_bytes as u64 / MUCH;
-        let waiting = match waiting_bytes {
+        let much_bytes = 2 * self.open_bytes as u64 * MUCH_EIGHTHS / 8;
+        let waiting = match self.handle.waiting_bytes()? {
             0 => Waiting::Nothing,
             some if some < much_bytes => Waiting::Some,
             _ => Waiting::Much,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::backlog::{BacklogWatch, ReceivingSocket};
+use super::backlog::BacklogWatch;
 use super::buffer::GrantedBuffer;
 use super::datagram_filter::DatagramFilter;
 use super::interfaces::Interface;
@@ -50,7 +50,7 @@ impl Transport {
         let found = found.unwrap_or_default();
         let numbers = found.iter().map(|(_, number)| *number).collect();
         let sockets = handles(&found);
-        let filter = DatagramFilter::on(sockets.iter().map(|(_, socket)| &socket.handle));
+        let filter = DatagramFilter::on(sockets.iter().map(|(_, socket)| socket));
         if let Some(interface) = loopback {
             hear_only(interface, &sockets);
         }
@@ -70,11 +70,11 @@ impl Transport {
     }
 
     /// The least of the sockets' receive buffers, after asking for more; `None` without a socket.
-    fn grow(&self, sockets: &[(u16, ReceivingSocket)]) -> Option<usize> {
+    fn grow(&self, sockets: &[(u16, SocketHandle)]) -> Option<usize> {
         let mut least = None;
         let mut forced = false;
         for (_, socket) in sockets {
-            match socket.handle.grown_receive_buffer(self.receive_buffer) {
+            match socket.grown_receive_buffer(self.receive_buffer) {
                 Ok(grown) => {
                     forced |= grown.forced;
                     least = Some(least.unwrap_or(usize::MAX).min(grown.bytes));
@@ -94,26 +94,26 @@ impl Transport {
 }
 
 /// Refuses datagrams from another interface: the library's sockets are open to all.
-fn hear_only(interface: &Interface, sockets: &[(u16, ReceivingSocket)]) {
+fn hear_only(interface: &Interface, sockets: &[(u16, SocketHandle)]) {
     for (port, socket) in sockets {
-        if let Err(error) = socket.handle.bind_to(&interface.name) {
+        if let Err(error) = socket.bind_to(&interface.name) {
             tracing::debug!("port {port} is open to other machines: {error}");
         }
     }
 }
 
 /// Other handles of the sockets, each with its port.
-fn handles(found: &[(UdpSocketEntry, i32)]) -> Vec<(u16, ReceivingSocket)> {
+fn handles(found: &[(UdpSocketEntry, i32)]) -> Vec<(u16, SocketHandle)> {
     let handle = |(entry, number): &(UdpSocketEntry, i32)| {
         let handle = SocketHandle::of(*number)
             .inspect_err(|error| tracing::debug!("a socket is not available: {error}"));
-        Some((entry.port, ReceivingSocket { inode: entry.inode, handle: handle.ok()? }))
+        Some((entry.port, handle.ok()?))
     };
     found.iter().filter_map(handle).collect()
 }
 
 /// Watches those of the sockets that data comes by.
-fn watched(sockets: Vec<(u16, ReceivingSocket)>, data: &[u16]) -> Option<BacklogWatch> {
+fn watched(sockets: Vec<(u16, SocketHandle)>, data: &[u16]) -> Option<BacklogWatch> {
     let of_data = |(port, socket)| data.contains(&port).then_some(socket);
     let sockets: Vec<_> = sockets.into_iter().filter_map(of_data).collect();
     if sockets.is_empty() {

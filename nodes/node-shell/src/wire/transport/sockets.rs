@@ -3,6 +3,9 @@
 
 use std::collections::BTreeMap;
 
+#[cfg(target_os = "linux")]
+use nix::libc;
+
 use super::datagram_filter::Instruction;
 
 /// One UDP socket, as the kernel lists it.
@@ -10,8 +13,6 @@ use super::datagram_filter::Instruction;
 pub(super) struct UdpSocketEntry {
     pub(super) port: u16,
     pub(super) inode: u64,
-    /// The data waiting to be read, in bytes of the kernel's memory, as it counts them against the receive buffer.
-    pub(super) waiting_bytes: u64,
     /// Datagrams that found the receive buffer full.
     pub(super) dropped: u64,
 }
@@ -24,11 +25,9 @@ pub(super) fn parse_list(list: &str) -> Vec<UdpSocketEntry> {
 fn parse_line(line: &str) -> Option<UdpSocketEntry> {
     let mut fields = line.split_ascii_whitespace();
     let port = fields.nth(1)?.rsplit_once(':')?.1;
-    let waiting_bytes = fields.nth(2)?.rsplit_once(':')?.1;
     Some(UdpSocketEntry {
         port: u16::from_str_radix(port, 16).ok()?,
-        waiting_bytes: u64::from_str_radix(waiting_bytes, 16).ok()?,
-        inode: fields.nth(4)?.parse().ok()?,
+        inode: fields.nth(7)?.parse().ok()?,
         dropped: fields.nth(2)?.parse().ok()?,
     })
 }
@@ -38,7 +37,16 @@ fn parse_line(line: &str) -> Option<UdpSocketEntry> {
 /// # Errors
 /// Where the kernel has no such list.
 pub(super) fn list() -> std::io::Result<Vec<UdpSocketEntry>> {
-    whole_list(|| Ok(parse_list(&std::fs::read_to_string("/proc/thread-self/net/udp")?)))
+    whole_list(one_reading)
+}
+
+/// One reading of the kernel's list, which may name a socket twice or leave one out while sockets come and go. It costs by the
+/// number of all sockets of the network.
+///
+/// # Errors
+/// Where the kernel has no such list.
+pub(super) fn one_reading() -> std::io::Result<Vec<UdpSocketEntry>> {
+    Ok(parse_list(&std::fs::read_to_string("/proc/thread-self/net/udp")?))
 }
 
 /// How often the list is read at most, where sockets come and go all the time.
@@ -145,6 +153,18 @@ impl SocketHandle {
         Ok(Grown { bytes: self.receive_buffer()?, forced: true })
     }
 
+    /// The data that wait to be read, in bytes of the kernel's memory, as it counts them against the receive buffer
+    /// (socket(7), `SO_MEMINFO`). Data that were read can count for a while longer, up to a quarter of the buffer: none do once
+    /// the socket is empty.
+    ///
+    /// # Errors
+    /// Where the kernel does not report it: before Linux 4.12.
+    pub(super) fn waiting_bytes(&self) -> std::io::Result<u64> {
+        use nix::sys::socket::GetSockOpt;
+
+        Ok(WaitingBytes.get(&self.0)?.into())
+    }
+
     /// Sets the receive buffer: beyond the kernel's limit where that may be had, up to it otherwise.
     ///
     /// # Errors
@@ -178,6 +198,20 @@ impl SocketHandle {
     }
 }
 
+/// The first of the counts that the kernel reports of a socket's memory.
+#[cfg(target_os = "linux")]
+#[derive(Clone, Copy)]
+struct WaitingBytes;
+
+#[cfg(target_os = "linux")]
+nix::getsockopt_impl!(
+    WaitingBytes,
+    libc::SOL_SOCKET,
+    libc::SO_MEMINFO,
+    u32,
+    nix::sys::socket::sockopt::GetStruct<u32>
+);
+
 /// Elsewhere there is no such handle.
 #[cfg(not(target_os = "linux"))]
 #[derive(Debug)]
@@ -194,6 +228,10 @@ impl SocketHandle {
     }
 
     pub(super) fn grown_receive_buffer(&self, _wanted: usize) -> std::io::Result<Grown> {
+        match *self {}
+    }
+
+    pub(super) fn waiting_bytes(&self) -> std::io::Result<u64> {
         match *self {}
     }
 

@@ -35,16 +35,13 @@ fn a_socket_in_which_less_waits_now_and_then_stays_open() {
 fn a_reader_that_falls_behind_gets_to_the_end_of_its_socket() {
     let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
     let address = socket.local_addr().unwrap();
-    let watched =
-        sockets::own_at(&[address.port()], &std::collections::BTreeMap::new()).and_then(|found| {
-            let (entry, number) = found[0];
-            Ok(ReceivingSocket { inode: entry.inode, handle: SocketHandle::of(number)? })
-        });
+    let watched = sockets::own_at(&[address.port()], &std::collections::BTreeMap::new())
+        .and_then(|found| SocketHandle::of(found[0].1));
     let watched = match watched {
         Ok(watched) => watched,
         Err(error) => return println!("skipped: no second handle of a socket here ({error})"),
     };
-    let granted = watched.handle.receive_buffer().unwrap();
+    let granted = watched.receive_buffer().unwrap();
     let _watch = BacklogWatch::start(vec![watched]).unwrap();
     let (stop, stopped) = channel::<()>();
     let sender = std::thread::spawn(move || {
