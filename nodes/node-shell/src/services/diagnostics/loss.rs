@@ -12,8 +12,9 @@ use crate::endpoints::counters::Snapshot;
 use crate::graph::{Match, Role};
 use crate::wire::transport::{GrantedBuffer, ReceiveHealth};
 
-/// How often the kernel's counters are read.
-const PERIOD: Duration = Duration::from_secs(1);
+/// How often the kernel's counters are read at most. A report that comes earlier, since a peer came or went, is too early to
+/// name silent topics; and where many nodes start together, peers come and go all the time.
+const PERIOD: Duration = Duration::from_millis(900);
 
 /// How long a loss is reported after the last datagram was dropped: long enough to be seen.
 const MEMORY: Duration = Duration::from_secs(5);
@@ -64,7 +65,10 @@ impl LossWatch {
         matches: &[Match],
         snapshot: &Snapshot,
     ) -> (Option<u64>, Option<&Loss>) {
-        let dropped = self.health.dropped_datagrams();
+        let dropped = match &self.read {
+            Some((_, counts)) if !self.is_due(now) => Some(counts.dropped),
+            _ => self.health.dropped_datagrams(),
+        };
         if let Some(dropped) = dropped
             && let Some(loss) = self.take(now, dropped, matches, snapshot)
             && let Some(held_back) = self.health.warnings(loss.names_topics()).pass()
@@ -74,7 +78,11 @@ impl LossWatch {
         (dropped, self.loss.as_ref().map(|(_, loss)| loss))
     }
 
-    /// Takes a reading; returns the loss since the last one, if there is any.
+    fn is_due(&self, now: Instant) -> bool {
+        self.read.as_ref().is_none_or(|(read, _)| now.duration_since(*read) >= PERIOD)
+    }
+
+    /// Takes a reading, if one is due; returns the loss since the last one, if there is any.
     fn take(
         &mut self,
         now: Instant,
@@ -85,6 +93,9 @@ impl LossWatch {
         if self.loss.as_ref().is_some_and(|(since, _)| now.duration_since(*since) > MEMORY) {
             self.loss = None;
         }
+        if !self.is_due(now) {
+            return None;
+        }
         let counts =
             Counts { dropped, lost: snapshot.lost.clone(), received: snapshot.received.clone() };
         let Some((read, before)) = &self.read else {
@@ -92,10 +103,6 @@ impl LossWatch {
             return None;
         };
         let elapsed = now.duration_since(*read);
-        // A report that comes early, since a peer came or went, is too early to name silent topics.
-        if elapsed < PERIOD - PERIOD / 10 {
-            return None;
-        }
         let more = |counts: &BTreeMap<String, u64>, before: &BTreeMap<String, u64>, topic: &str| {
             let of = |counts: &BTreeMap<String, u64>| counts.get(topic).copied().unwrap_or(0);
             of(counts).saturating_sub(of(before))
