@@ -87,7 +87,7 @@ pub use process::shutdown::Shutdown;
 pub use process::spill_folder::{SpillFolder, SpillFolderError};
 pub use process::throttle::{Throttle, WARNING_PERIOD};
 pub use process::versions::{VERSIONS_KEPT, keep_version};
-pub use process::whole_file::{folder_of, write_whole_file};
+pub use process::whole_file::{folder_of, output_file, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};
 pub use services::odometry_output::{OdometryFrames, OdometryOutput, PublishedPose};

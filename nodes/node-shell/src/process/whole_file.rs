@@ -2,7 +2,9 @@
 
 use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use super::failure::NodeFailure;
 
 /// Writes beside, makes sure that it is on the disk, and gives it the name; then the name is on the disk too. A reader never
 /// finds half a file, and what had the name before is lost only to a whole one, also when the power fails.
@@ -27,6 +29,23 @@ pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     File::open(folder_of(path))?.sync_all()
 }
 
+/// The file that `parameter` names; none for an empty path. A file that could not be written is found out now, and not when there is
+/// something to lose.
+///
+/// # Errors
+/// When its folder is not there.
+pub fn output_file(parameter: &str, path: &str) -> Result<Option<PathBuf>, NodeFailure> {
+    if path.is_empty() {
+        return Ok(None);
+    }
+    let path = PathBuf::from(path);
+    if !folder_of(&path).is_dir() {
+        let shown = path.display();
+        return Err(format!("parameter {parameter}: the folder of {shown} does not exist").into());
+    }
+    Ok(Some(path))
+}
+
 /// The folder that a file is in, or will be.
 #[must_use]
 pub fn folder_of(path: &Path) -> &Path {
@@ -41,6 +60,17 @@ mod tests {
     fn the_folder_of_a_name_alone_is_this_one() {
         assert_eq!(folder_of(Path::new("map.ply")), Path::new("."));
         assert_eq!(folder_of(Path::new("maps/map.ply")), Path::new("maps"));
+    }
+
+    #[test]
+    fn an_output_file_is_in_a_folder_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let of = |path: &Path| output_file("mesh_file", path.to_str().unwrap());
+        assert_eq!(of(Path::new("")).unwrap(), None);
+        let path = folder.path().join("house.glb");
+        assert_eq!(of(&path).unwrap(), Some(path.clone()));
+        let error = of(&folder.path().join("none").join("house.glb")).unwrap_err().to_string();
+        assert!(error.contains("mesh_file") && error.contains("does not exist"), "{error}");
     }
 
     #[test]

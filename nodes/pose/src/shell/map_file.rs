@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::PathBuf;
 
-use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
+use node_shell::{NodeFailure, keep_version, output_file, write_whole_file};
 
 use crate::saved_map::SavedMap;
 
@@ -15,21 +15,9 @@ pub(super) struct MapFile {
 }
 
 impl MapFile {
-    /// The file at the path that `parameter` has; none for an empty path. What cannot be written is found out now, not when
-    /// there is a map to lose.
+    /// The file at the path that `parameter` has; none for an empty path ([`output_file`]).
     pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
-        if path.is_empty() {
-            return Ok(None);
-        }
-        let path = PathBuf::from(path);
-        if !folder_of(&path).is_dir() {
-            return Err(format!(
-                "parameter {parameter}: the folder of {} does not exist",
-                path.display()
-            )
-            .into());
-        }
-        Ok(Some(Self::at(path)))
+        Ok(output_file(parameter, path)?.map(Self::at))
     }
 
     pub(super) fn at(path: PathBuf) -> Self {

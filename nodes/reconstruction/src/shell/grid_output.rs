@@ -11,7 +11,7 @@ use geometry::{GridCell, OccupancyGrid};
 use msgs::convert;
 use msgs::map_msgs::OccupancyGridUpdate;
 use msgs::nav_msgs;
-use node_shell::{Node, NodeFailure, Publisher, Qos, Throttle, folder_of, write_whole_file};
+use node_shell::{Node, NodeFailure, Publisher, Qos, Throttle, output_file, write_whole_file};
 use tokio::time::Instant;
 
 use super::parameters::Settings;
@@ -160,18 +160,10 @@ pub(super) struct GridFile {
 impl GridFile {
     /// The files at the path of `parameter`, none for an empty path. A path that cannot be written is an error now.
     pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
-        if path.is_empty() {
-            return Ok(None);
-        }
-        let yaml = PathBuf::from(path);
+        let Some(yaml) = output_file(parameter, path)? else { return Ok(None) };
         let shown = yaml.display();
         if yaml.extension().is_none_or(|extension| extension != "yaml") {
             return Err(format!("parameter {parameter} must end in .yaml, not {shown}").into());
-        }
-        if !folder_of(&yaml).is_dir() {
-            return Err(
-                format!("parameter {parameter}: the folder of {shown} does not exist").into()
-            );
         }
         let image = yaml.with_extension("pgm");
         let name = image.file_name().and_then(|name| name.to_str());

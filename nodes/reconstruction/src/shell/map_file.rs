@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use geometry::{OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::Point3;
-use node_shell::{NodeFailure, folder_of, keep_version, write_whole_file};
+use node_shell::{NodeFailure, keep_version, output_file, write_whole_file};
 
 use crate::octomap::{self, Octree};
 use crate::{Map, WholeMap};
@@ -76,10 +76,7 @@ impl MapFile {
     /// The file at the path of `parameter`, with the format of its extension; none for an empty path.
     /// A path that cannot be written is an error now, and not when a map is to be saved.
     pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
-        if path.is_empty() {
-            return Ok(None);
-        }
-        let path = PathBuf::from(path);
+        let Some(path) = output_file(parameter, path)? else { return Ok(None) };
         let extension = path.extension().and_then(|extension| extension.to_str());
         let format = match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("ply") => Format::Ply,
@@ -93,13 +90,6 @@ impl MapFile {
                 .into());
             }
         };
-        if !folder_of(&path).is_dir() {
-            return Err(format!(
-                "parameter {parameter}: the folder of {} does not exist",
-                path.display()
-            )
-            .into());
-        }
         Ok(Some(Self { path, format }))
     }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use geometry::TriangleMesh;
-use node_shell::{NodeFailure, folder_of, write_whole_file};
+use node_shell::{NodeFailure, output_file, write_whole_file};
 
 use crate::mesh::{self, MeshForm};
 
@@ -17,10 +17,7 @@ pub(super) struct MeshFile {
 impl MeshFile {
     /// The file at the path of `parameter`, none for an empty path. A path that cannot be written is an error now.
     pub(super) fn new(parameter: &str, path: &str) -> Result<Option<Self>, NodeFailure> {
-        if path.is_empty() {
-            return Ok(None);
-        }
-        let path = PathBuf::from(path);
+        let Some(path) = output_file(parameter, path)? else { return Ok(None) };
         let shown = path.display();
         let extension = path.extension().and_then(|extension| extension.to_str());
         let Some(form) = extension.and_then(MeshForm::of_extension) else {
@@ -29,11 +26,6 @@ impl MeshFile {
             )
             .into());
         };
-        if !folder_of(&path).is_dir() {
-            return Err(
-                format!("parameter {parameter}: the folder of {shown} does not exist").into()
-            );
-        }
         Ok(Some(Self { path, form }))
     }
 
