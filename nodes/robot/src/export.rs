@@ -1,5 +1,8 @@
 //! `stillmap export`: a saved map in another form.
 
+mod las;
+mod selection;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,6 +13,7 @@ use reconstruction::grid::{GridConfig, GridFloor, GridPoints, GridSource, grid_o
 use reconstruction::mesh::{self, mesh_of_points};
 use reconstruction::{MeshError, MeshForm, octomap};
 
+use self::selection::Selection;
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
@@ -26,6 +30,7 @@ const OCTOMAP_EDGE_M: f64 = 0.05;
   stillmap export house.bt -o house.yaml --heights 0.1 0.6 --floor 0
   stillmap export house.ply -o house.bt --edge 0.05
   stillmap export house.ply -o house.glb
+  stillmap export house.ply -o kitchen.laz --crop 0 -3 -inf 4 1 inf --thin 0.05
 
 house.yaml is what map_server of Nav2 loads; its image is house.pgm, beside it. The map's points say where it is occupied, and
 free is where they show floor and nothing in the band: space that was seen free without its floor is in the grid of a running node
@@ -37,7 +42,7 @@ mesh_file of a running node.")]
 pub struct ExportArgs {
     /// The map: a .ply, .pcd or octomap .bt file
     map: PathBuf,
-    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), .glb or .obj for triangles, or .ply, .pcd, .bt
+    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), .glb or .obj for triangles, or .ply, .pcd, .bt, .las, .laz
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Edge of the grid's cells
@@ -58,6 +63,8 @@ pub struct ExportArgs {
     /// Replace a file of this name
     #[arg(long)]
     overwrite: bool,
+    #[command(flatten)]
+    selection: Selection,
 }
 
 /// The forms of a map, by the ending of the file's name.
@@ -66,6 +73,7 @@ enum Form {
     Ply,
     Pcd,
     Octomap,
+    Las { is_compressed: bool },
     Grid,
     Mesh(MeshForm),
 }
@@ -77,6 +85,8 @@ impl Form {
             "ply" => Some(Self::Ply),
             "pcd" => Some(Self::Pcd),
             "bt" => Some(Self::Octomap),
+            "las" => Some(Self::Las { is_compressed: false }),
+            "laz" => Some(Self::Las { is_compressed: true }),
             "yaml" => Some(Self::Grid),
             "obj" => Some(Self::Mesh(MeshForm::Obj)),
             "glb" => Some(Self::Mesh(MeshForm::Glb)),
@@ -88,7 +98,7 @@ impl Form {
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     let form = Form::of(&args.output).ok_or_else(|| {
         Failure::new(format!("{} is no map that is known", args.output.display()))
-            .fix("-o must end in .yaml, .glb, .obj, .ply, .pcd or .bt")
+            .fix("-o must end in .yaml, .glb, .obj, .ply, .pcd, .bt, .las or .laz")
     })?;
     let form = match form {
         Form::Ply if args.mesh => Form::Mesh(MeshForm::Ply),
@@ -107,13 +117,15 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         let folder = folder_of(&args.output).display().to_string();
         return Err(Failure::new(format!("the folder {folder} does not exist")));
     }
-    let points = read(&args.map)?;
+    let points = args.selection.of(read(&args.map)?)?;
     let OrientedPoints { points_m, normals, colours } = &points;
     let mut size = String::new();
     let bytes = match form {
         Form::Ply => ply::encode_with_colours(points_m, normals, colours),
         Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
         Form::Octomap => octomap_of(points_m, args.edge.unwrap_or(OCTOMAP_EDGE_M))?,
+        Form::Las { is_compressed } => las::encode(&points, is_compressed)
+            .map_err(|error| Failure::new(format!("{}: {error}", args.map.display())))?,
         Form::Mesh(form) => {
             let failed =
                 |error: MeshError| Failure::new(format!("{}: {error}", args.map.display()));
@@ -185,7 +197,7 @@ fn read(path: &Path) -> Result<OrientedPoints, Failure> {
             let points_m = octree.voxels.iter().map(centre).collect();
             Ok(OrientedPoints { points_m, ..OrientedPoints::default() })
         }
-        Some(Form::Grid | Form::Mesh(_)) | None => {
+        Some(Form::Grid | Form::Mesh(_) | Form::Las { .. }) | None => {
             Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt"))
         }
     }
@@ -198,6 +210,8 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::*;
 
     /// A floor of 2 m by 2 m with a wall at x = 2 m, points 2 cm apart.
@@ -219,6 +233,7 @@ mod tests {
             edge: None,
             mesh: false,
             overwrite: false,
+            selection: Selection::default(),
         }
     }
 
@@ -265,6 +280,26 @@ mod tests {
         assert!(run(&wrong).unwrap_err().to_string().contains("no triangles"));
         let wrong = ExportArgs { edge: Some(-1.0), ..args(&path("room.ply"), &path("c.glb")) };
         assert!(run(&wrong).unwrap_err().to_string().contains("-1"));
+    }
+
+    #[test]
+    fn a_part_of_a_map_is_exported_in_another_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("room.ply"), ply::encode(&room())).unwrap();
+        let selection =
+            Selection::for_test("--crop 1.5 -inf -inf inf inf 0 --transform 1 0 0 0 0 0");
+        run(&ExportArgs { selection, ..args(&path("room.ply"), &path("a.ply")) }).unwrap();
+        let part = read(&path("a.ply")).unwrap().points_m;
+        let expected = room().into_iter().filter(|point| point.x >= 1.5 && point.z < 0.0);
+        let expected: Vec<_> = expected.map(|point| point + Vector3::x()).collect();
+        assert_eq!(part, expected);
+        run(&args(&path("a.ply"), &path("a.laz"))).unwrap();
+        assert!(std::fs::read(path("a.laz")).unwrap().starts_with(b"LASF"));
+        let selection = Selection::for_test("--crop 5 5 5 6 6 6");
+        let error = run(&ExportArgs { selection, ..args(&path("room.ply"), &path("b.ply")) });
+        assert!(error.unwrap_err().to_string().contains("20000 points"));
+        assert!(!path("b.ply").exists());
     }
 
     #[test]
