@@ -47,7 +47,10 @@ pub fn mesh_of_points(
     let is_map = are_one_a_voxel(points, edge_m);
     let mut points = if is_map { points.clone() } else { one_a_voxel(points, surface.grid()) };
     if points.normals.len() != points.points_m.len() {
-        points.normals = normals::normals(&points.points_m, spacing_m.unwrap_or(edge_m));
+        // The means of voxels are as far apart as these are wide.
+        let apart_m = spacing_m
+            .map_or(edge_m, |spacing_m| if is_map { spacing_m } else { spacing_m.max(edge_m) });
+        points.normals = normals::normals(&points.points_m, apart_m);
     }
     let reach_m =
         if is_map { edge_m } else { spacing_m.unwrap_or(edge_m).max(REACH_IN_EDGES * edge_m) };

@@ -60,6 +60,23 @@ fn any_other_cloud_has_no_gaps() {
     assert!(mesh.points_m.iter().all(|point| (point.coords.norm() - 0.42).abs() < 0.006));
 }
 
+/// Regression: the normals of the means of each voxel were 0 and not estimated, and there was no mesh. (Which side of a closed
+/// ball is its outside the points alone do not tell: some of the estimated normals disagree.)
+#[test]
+fn a_cloud_of_no_grid_needs_no_normals() {
+    let mut points = ball(0.03);
+    let turn = nalgebra::UnitQuaternion::from_euler_angles(0.3, 0.5, 0.7);
+    points.points_m.iter_mut().for_each(|point| *point = turn * *point);
+    points.normals.clear();
+    for (edge_m, least) in [(None, 4_000), (Some(0.06), 1_000), (Some(0.1), 400)] {
+        let mesh = mesh_of_points(&points, edge_m).unwrap();
+        let most_m = edge_m.unwrap_or(0.03) as f32;
+        let is_off = |point: &&Point3<f32>| (point.coords.norm() - 0.42).abs() > most_m;
+        let (off, triangles) = (mesh.points_m.iter().filter(is_off).count(), mesh.triangles.len());
+        assert!(triangles > least && off * 5 < mesh.points_m.len(), "{edge_m:?} {triangles} {off}");
+    }
+}
+
 #[test]
 fn what_is_no_surface_is_said() {
     let points = |points: &[[f32; 3]]| OrientedPoints {

@@ -151,12 +151,15 @@ type ColouredPoint = (Point3<f32>, Vector3<f32>, [u8; 3]);
 
 fn at(points: &OrientedPoints, index: usize) -> Option<ColouredPoint> {
     let OrientedPoints { points_m, normals, colours } = points;
-    Some((*points_m.get(index)?, *normals.get(index)?, *colours.get(index)?))
+    let colour = colours.get(index).copied().unwrap_or(NO_COLOUR);
+    Some((*points_m.get(index)?, *normals.get(index)?, colour))
 }
 
 /// One point for each voxel, the mean of those in it, with the sum of their normals and the mean of their colours, by ascending
-/// key: a place with many points costs as one with one. Points that are not finite are left out.
-pub(crate) fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
+/// key: a place with many points costs as one with one. Points that are not finite are left out; points without normals, or without
+/// colours, stay without.
+#[must_use]
+pub fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
     let OrientedPoints { points_m, normals, colours } = points;
     let mut keyed: Vec<(VoxelKey, usize)> = (0..)
         .zip(points_m)
@@ -173,8 +176,14 @@ pub(crate) fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> Oriented
         ((point_m, normals.sum::<Vector3<f32>>()), mean_colour(colours))
     };
     let voxels = keyed.chunk_by(|a, b| a.0 == b.0).map(of_voxel);
-    let ((points_m, normals), colours) = voxels.unzip();
-    OrientedPoints { points_m, normals, colours }
+    let ((points_m, mut sums), mut means): ((Vec<_>, Vec<_>), Vec<_>) = voxels.unzip();
+    if normals.is_empty() {
+        sums.clear();
+    }
+    if colours.is_empty() {
+        means.clear();
+    }
+    OrientedPoints { points_m, normals: sums, colours: means }
 }
 
 /// The mean of those that are colours.
