@@ -1,10 +1,9 @@
 //! Which points of a map are exported, and where they are then.
 
-use std::collections::BTreeMap;
-
 use clap::Args;
-use geometry::{OrientedPoints, VoxelGrid, VoxelKey};
+use geometry::{OrientedPoints, VoxelGrid};
 use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
+use reconstruction::one_a_voxel;
 
 use crate::failure::Failure;
 
@@ -128,36 +127,13 @@ impl Polygon {
     }
 }
 
-/// The sums over the points of a voxel.
-#[derive(Default)]
-struct Sums {
-    points: f64,
-    point_m: Vector3<f64>,
-    normal: Vector3<f64>,
-    colour: Vector3<f64>,
-}
-
-/// A point for each voxel, in ascending order of the voxels' keys.
+/// A point for each voxel, with a normal of length 1 where it has one.
 fn thinned(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
-    let OrientedPoints { points_m, normals, colours } = points;
-    let mut voxels: BTreeMap<VoxelKey, Sums> = BTreeMap::new();
-    for (index, point_m) in points_m.iter().enumerate() {
-        let sums = voxels.entry(grid.key(point_m)).or_default();
-        sums.points += 1.0;
-        sums.point_m += point_m.coords.cast::<f64>();
-        sums.normal += normals.get(index).map_or_else(Vector3::zeros, |normal| normal.cast());
-        sums.colour += colours
-            .get(index)
-            .map_or_else(Vector3::zeros, |colour| Vector3::from(*colour).map(f64::from));
+    let mut thinned = one_a_voxel(points, grid);
+    for normal in &mut thinned.normals {
+        *normal = normal.try_normalize(f32::EPSILON).unwrap_or_else(Vector3::zeros);
     }
-    let normal = |sums: &Sums| sums.normal.try_normalize(0.0).unwrap_or_else(Vector3::zeros).cast();
-    // The casts saturate.
-    let colour = |sums: &Sums| (sums.colour / sums.points).map(|share| share.round() as u8).into();
-    OrientedPoints {
-        points_m: voxels.values().map(|sums| (sums.point_m / sums.points).cast().into()).collect(),
-        normals: voxels.values().take(normals.len()).map(normal).collect(),
-        colours: voxels.values().take(colours.len()).map(colour).collect(),
-    }
+    thinned
 }
 
 fn new_from_map(numbers: &[f64]) -> Result<Isometry3<f64>, Failure> {
