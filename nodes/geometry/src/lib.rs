@@ -35,6 +35,7 @@ mod cycle;
 mod depth;
 mod depth_frame;
 mod depth_projection;
+mod distance;
 mod label;
 mod lidar_cloud;
 mod map_path;
@@ -73,6 +74,7 @@ pub use depth_frame::{CloudCamera, DepthFrame, DepthFrameError, MaskedDepth, Pin
 pub use depth_projection::{
     DepthCameraError, DepthLimits, DepthProjector, PixelArea, ReducedDepth,
 };
+pub use distance::{DistanceAt, DistanceLattice, Distances, NearestObstacle, PlaceState};
 pub use label::{LabelImage, LabelSizeError};
 pub use lidar_cloud::LidarCloud;
 pub use map_path::{

@@ -1,6 +1,7 @@
 //! Benchmark: the integration of a depth image of 640 x 480 at voxel edges of 1 to 10 cm: `cargo bench -p volume`.
 //!
-//! And of the mesh: of all blocks, and of those that an image has changed, as `mesh` of the node has it.
+//! Of the mesh: of all blocks, and of those that an image has changed, as `mesh` of the node has it. And of the distances for
+//! planners: of queries, of the blocks that are computed for the first time, and again after a change.
 //!
 //! The camera moves 1 cm an image through a furnished room, with the noise of a Kinect.
 // A benchmark may panic, and exports nothing.
@@ -9,12 +10,13 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use estimation::executor::Serial;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
 use volume::{
-    DepthInput, DepthNoise, DepthRange, DepthView, MeshFollower, PointRules, Surface, SurfaceConfig,
+    DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, DistanceField, MeshFollower,
+    PointRules, Surface, SurfaceConfig,
 };
 
 const CAMERA: CameraModel = CameraModel {
@@ -168,5 +170,116 @@ fn mesh(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, integrate, mesh);
+/// The room, in metres: 3 by 2.2 by 3.6.
+const ROOM_M: [[f64; 2]; 3] = [[-1.5, 1.5], [-1.1, 1.1], [0.2, 3.8]];
+/// The places of an iteration.
+const PLACES: usize = 100_000;
+
+/// Places in the room, in an order of no kind.
+fn places() -> Vec<Point3<f64>> {
+    let mut seed = 7_u64;
+    let mut along = |[least, most]: [f64; 2]| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        least + (most - least) * (seed >> 40) as f64 / f64::from(1 << 24)
+    };
+    (0..PLACES).map(|_| Point3::from(ROOM_M.map(&mut along))).collect()
+}
+
+/// Places every 5 cm in the plane at y = 0.
+fn slice() -> Vec<Point3<f64>> {
+    let along = |[least, most]: [f64; 2]| {
+        (0..((most - least) / 0.05) as usize).map(move |step| least + 0.05 * step as f64)
+    };
+    let [x, _, z] = ROOM_M;
+    along(z).flat_map(|z| along(x).map(move |x| Point3::new(x, 0.0, z))).collect()
+}
+
+fn ask(field: &mut DistanceField, surface: &Surface, places: &[Point3<f64>]) {
+    for place in places {
+        black_box(field.at(surface, place));
+    }
+}
+
+fn distance(criterion: &mut Criterion) {
+    let images = images();
+    let mut view = view();
+    let config = SurfaceConfig { edge_m: 0.03, reach_m: 6.0, ..SurfaceConfig::default() };
+    let mut surface = Surface::new(config).unwrap();
+    for image in &images {
+        fill(&mut view, image, &[]);
+        surface.integrate(&view, &Serial);
+    }
+    let (places, slice) = (places(), slice());
+    let anew = |surface: &Surface| DistanceField::of(surface, DistanceConfig::default()).unwrap();
+    let mut group = criterion.benchmark_group("distance");
+    group.sample_size(15);
+    let mut field = anew(&surface);
+    ask(&mut field, &surface, &places);
+    group.throughput(Throughput::Elements(PLACES as u64));
+    group.bench_function("queries", |bencher| {
+        bencher.iter(|| ask(&mut field, &surface, &places));
+    });
+    group.throughput(Throughput::Elements(field.blocks() as u64));
+    group.bench_function("all blocks of the room", |bencher| {
+        bencher.iter(|| ask(&mut anew(&surface), &surface, &places));
+    });
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("slice, for the first time", |bencher| {
+        bencher.iter(|| ask(&mut anew(&surface), &surface, &slice));
+    });
+    // Each block goes and comes back by turns.
+    let keys = surface.block_keys();
+    let blocks: Vec<Vec<u8>> = keys.iter().map(|key| surface.block_bytes(*key).unwrap()).collect();
+    for what in ["one changed block", "one changed block, and all of the room is asked for"] {
+        let mut changes = keys.iter().zip(&blocks).cycle().step_by(37);
+        let mut gone = None;
+        group.bench_function(what, |bencher| {
+            bencher.iter_custom(|iterations| {
+                let mut took = Duration::ZERO;
+                for _ in 0..iterations {
+                    let key = match gone.take() {
+                        Some((key, bytes)) => {
+                            let _ = surface.put_block(bytes).unwrap();
+                            key
+                        }
+                        None => {
+                            let (key, bytes) = changes.next().unwrap();
+                            surface.remove_block(*key);
+                            gone = Some((*key, bytes));
+                            *key
+                        }
+                    };
+                    field.follow_block(key);
+                    let start = Instant::now();
+                    field.update(&surface);
+                    let updated = start.elapsed();
+                    ask(&mut field, &surface, &places);
+                    took += if what == "one changed block" { updated } else { start.elapsed() };
+                }
+                took
+            });
+        });
+        if let Some((_, bytes)) = gone {
+            field.follow_block(surface.put_block(bytes).unwrap());
+        }
+    }
+    let mut images = images.iter().cycle();
+    group.bench_function("an image, and a slice is asked for", |bencher| {
+        bencher.iter_custom(|iterations| {
+            let mut took = Duration::ZERO;
+            for _ in 0..iterations {
+                fill(&mut view, images.next().unwrap(), &[]);
+                surface.integrate(&view, &Serial);
+                let start = Instant::now();
+                field.follow(&surface);
+                ask(&mut field, &surface, &slice);
+                took += start.elapsed();
+            }
+            took
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, integrate, mesh, distance);
 criterion_main!(benches);

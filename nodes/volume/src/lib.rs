@@ -14,6 +14,7 @@
 //! | [`PlaneOccupancy`] | the same in the horizontal plane, of the rays of scans |
 //! | [`TiledView`], [`SeenBefore`] | what an image saw by direction, without the image; where nothing comes back any more |
 //! | [`Surface`] | signed distances, weights, colours: the map; points, triangles, changes for listeners, blocks as bytes, corrections |
+//! | [`DistanceField`] | how far a place is from the nearest point of a surface, and in which direction that is |
 //!
 //! ```
 //! use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
@@ -65,8 +66,9 @@ pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyU
 pub use plane::{PlaneConfig, PlaneOccupancy, PlaneRay, SAMPLES_PER_CELL, WIDEST_GAP_M};
 pub use projection::{SphericalModel, SphericalModelError};
 pub use surface::{
-    BlockFormatError, BlockMesh, ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, MeshChange,
-    MeshFollower, MeshJoiner, MeshVertex, PointRules, Surface, SurfaceChanges, SurfaceConfig,
-    SurfaceConfigError, SurfacePoint, SurfaceUpdate,
+    BlockFormatError, BlockMesh, ChangeFollower, DistanceConfig, DistanceConfigError,
+    DistanceField, LISTENER_TOLERANCE_IN_EDGES, LatticeBox, MeshChange, MeshFollower, MeshJoiner,
+    MeshVertex, PointRules, Surface, SurfaceChanges, SurfaceConfig, SurfaceConfigError,
+    SurfacePoint, SurfaceUpdate,
 };
 pub use tiled_view::{Sight, TiledView};
