@@ -14,6 +14,7 @@ mod compressed_image;
 mod cycle;
 mod depth;
 mod depth_frame;
+mod distance;
 mod error;
 mod filtered;
 mod labels;
@@ -53,6 +54,7 @@ pub use cycle::{
     segmented_cycle_from_message,
 };
 pub use depth::{depth_from_message, message_from_depth};
+pub use distance::{field_from_distances, message_from_distances};
 pub use error::ConvertError;
 pub use filtered::{cloud_without, depth_without, dynamic_scan, static_scan};
 pub use labels::{labels_from_message, message_from_labels};

@@ -1,6 +1,8 @@
 //! `stillmap_msgs`: the suite's own messages. Their `.msg` files in `msgs/msg/stillmap_msgs` say the
 //! same in the language of ROS, for nodes of others.
 
+mod distances;
+
 use serde::{Deserialize, Serialize};
 
 use crate::builtin_interfaces::Time;
@@ -8,6 +10,10 @@ use crate::fixed_array;
 use crate::geometry_msgs::{Point, Pose, Vector3};
 use crate::sensor_msgs::{CameraInfo, CompressedImage, Image, PointCloud2};
 use crate::std_msgs::Header;
+pub use distances::{
+    DistanceField, Distances, GetDistanceField, GetDistanceFieldRequest, GetDistanceFieldResponse,
+    GetDistances, GetDistancesRequest, GetDistancesResponse,
+};
 
 /// A wedge of directions around the rig's z axis in which something moves (Rec-HV 3.2.2).
 #[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]

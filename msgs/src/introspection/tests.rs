@@ -8,7 +8,7 @@ use super::compare::{Values, differences};
 use super::definition::Definition;
 use super::fill::filled;
 use crate::registry::for_each_message;
-use crate::{RosMessage, RosService, lifecycle_msgs, rcl_interfaces, std_srvs};
+use crate::{RosMessage, RosService, lifecycle_msgs, rcl_interfaces, std_srvs, stillmap_msgs};
 
 fn package_of<M: RosMessage>() -> &'static str {
     M::TYPE_NAME.split('/').next().unwrap()
@@ -87,6 +87,8 @@ fn every_definition_file_has_its_struct() {
         rcl_interfaces::ListParameters::TYPE_NAME,
         rcl_interfaces::SetParameters::TYPE_NAME,
         rcl_interfaces::SetParametersAtomically::TYPE_NAME,
+        stillmap_msgs::GetDistances::TYPE_NAME,
+        stillmap_msgs::GetDistanceField::TYPE_NAME,
     ];
     assert_eq!(BTreeSet::from(services.map(str::to_owned)), names_of_files("srv", ".srv"));
 }

@@ -1,7 +1,7 @@
 //! The parameters of reconstruction, their defaults, and where these come from.
 
 use geometry::{ParameterError, PipelineConfig, parameter};
-use volume::{BLOCK_EDGE, SurfaceConfig, SurfaceConfigError, ViewError};
+use volume::{BLOCK_EDGE, DistanceConfig, SurfaceConfig, SurfaceConfigError, ViewError};
 
 use crate::grid::GridConfig;
 use crate::tiles::TileFrame;
@@ -40,6 +40,13 @@ geometry::parameters! {
         /// into max_map_blocks: 4 m at 2 cm are 15625 blocks.
         // A Kinect sees a dozen such cubes at a time.
         spill_tile_edge_m: f64 = 4.0, read_with("at_max_voxels", "spill");
+        /// How far apart the places are at which distances to the nearest obstacle are kept; between them they are interpolated, wrong
+        /// by at most half the diagonal of this edge. It need not be that of the map. Nothing is computed until somebody asks.
+        // The cells of the occupancy grid, and of Nav2's costmaps.
+        distance_edge_m: f64 = 0.05, between(DistanceConfig::LEAST_EDGE_M, DistanceConfig::MOST_EDGE_M), read_with("method", "free_space");
+        /// Farther obstacles count as none. What the distances of a place cost grows with the third power.
+        // As voxblox and nvblox have it for planners.
+        distance_max_m: f64 = 2.0, between(DistanceConfig::LEAST_BOUND_M, DistanceConfig::MOST_BOUND_M), read_with("method", "free_space");
         /// The occupancy grid for navigation.
         grid: GridConfig as flatten;
     }
@@ -94,6 +101,15 @@ impl ReconstructionConfig {
             has_colour: true,
             ..SurfaceConfig::default()
         })
+    }
+
+    /// The parameters of distances to the nearest obstacle.
+    pub(crate) fn distances(&self) -> DistanceConfig {
+        DistanceConfig {
+            edge_m: self.distance_edge_m,
+            max_distance_m: self.distance_max_m,
+            ..DistanceConfig::default()
+        }
     }
 
     /// How a surface with voxels of this edge is cut into tiles; `None` where it does not spill.

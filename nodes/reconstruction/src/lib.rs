@@ -3,7 +3,7 @@
 //! [`StaticMap`], of the method `rec_hv`, takes a cycle's static cloud and costs by its points, however large the map has become.
 //! [`SurfaceMap`], of the method `free_space`, takes the depth images without what moves in them, at an edge of its own. A
 //! [`Map`] is either. When the map that its poses were measured in is corrected, both follow ([`Map::follow_path`]). [`octomap`]
-//! knows the files of another map, [`mesh`] those of the surface as triangles. This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
+//! knows the files of another map, [`mesh`] those of the surface as triangles, [`distance`] what planners ask. This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
 //!
 //! ```
 //! use geometry::{Cloud, Method, PipelineConfig, Stamp};
@@ -24,6 +24,7 @@
 
 pub mod config;
 mod correction;
+pub mod distance;
 pub mod grid;
 mod map;
 pub mod mesh;
@@ -37,6 +38,7 @@ pub mod tiles;
 
 pub use config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
+pub use distance::{DistanceError, MapBox};
 pub use grid::{GridConfig, GridError, GridSource};
 pub use map::Map;
 pub use mesh::{MeshError, MeshForm};

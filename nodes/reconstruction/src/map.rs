@@ -1,12 +1,13 @@
 //! The static map of either kind: chosen once, by the parameters.
 
 use geometry::{
-    ColouredCloud, MapPath, MeshUpdate, OccupancyGrid, OrientedPoints, SegmentedCycle,
-    TriangleMesh, VoxelGrid,
+    ColouredCloud, DistanceLattice, Distances, MapPath, MeshUpdate, OccupancyGrid, OrientedPoints,
+    SegmentedCycle, TriangleMesh, VoxelGrid,
 };
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 
+use crate::distance::{DistanceError, MapBox};
 use crate::grid::{GridError, GridObservations, GridSource};
 use crate::mesh::MeshError;
 use crate::surface_map::SurfaceMap;
@@ -63,6 +64,7 @@ impl Map {
             .map(|frame| Ok::<_, ConfigError>((frame, store.ok_or(ConfigError::NoTileStore)?)));
         let map =
             SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?.with_grid(grid);
+        let map = map.with_distances(config.distances());
         Ok(Self::Surface(Box::new(map)))
     }
 
@@ -178,6 +180,43 @@ impl Map {
         match self {
             Self::Means(_) => None,
             Self::Surface(map) => map.take_mesh_changes(most_triangles),
+        }
+    }
+
+    /// How far places are from the nearest obstacle: [`SurfaceMap::distances`].
+    ///
+    /// # Errors
+    /// When there are none, or the map is one of means.
+    pub fn distances(
+        &mut self,
+        frame_id: &str,
+        places_m: &[Point3<f64>],
+    ) -> Result<Distances, DistanceError> {
+        match self {
+            Self::Means(_) => Err(DistanceError::NoDistances),
+            Self::Surface(map) => map.distances(frame_id, places_m),
+        }
+    }
+
+    /// The same of the places of a box: [`SurfaceMap::distance_lattice`].
+    ///
+    /// # Errors
+    /// When there are none, or the map is one of means.
+    pub fn distance_lattice(
+        &mut self,
+        frame_id: &str,
+        asked: &MapBox,
+    ) -> Result<DistanceLattice, DistanceError> {
+        match self {
+            Self::Means(_) => Err(DistanceError::NoDistances),
+            Self::Surface(map) => map.distance_lattice(frame_id, asked),
+        }
+    }
+
+    /// Nobody asks for distances any more: [`SurfaceMap::forget_distances`].
+    pub fn forget_distances(&mut self) {
+        if let Self::Surface(map) = self {
+            map.forget_distances();
         }
     }
 

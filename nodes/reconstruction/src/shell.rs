@@ -37,6 +37,7 @@
 //! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). If the poses are in
 //! another frame, such as `odom`, a new map is begun.
 
+mod distance_output;
 mod grid_output;
 mod loading;
 mod map_file;
@@ -55,6 +56,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use msgs::std_srvs::Trigger;
+use msgs::stillmap_msgs::{GetDistanceField, GetDistances};
 use node_shell::{Node, NodeFailure, Program};
 use tokio::time::{Instant, MissedTickBehavior};
 
@@ -75,10 +77,13 @@ const PROGRAM: Program = Program {
              out map (nav_msgs/msg/OccupancyGrid, map frame), reliable and transient local: the floor plan, unless grid is none
              out map_updates (map_msgs/msg/OccupancyGridUpdate, map frame), reliable: what has changed in it
              out mesh (visualization_msgs/msg/MarkerArray, map frame), reliable: the blocks' triangles that have changed; of the method free_space
+             out distance_field (stillmap_msgs/msg/DistanceField, map frame), reliable: each box that ~/get_distance_field was asked for; of the method free_space
              out ~/report (stillmap_msgs/msg/StageReport), reliable
              srv ~/publish_map (std_srvs/srv/Trigger): publishes the whole map now
              srv ~/save_map (std_srvs/srv/Trigger): saves the map to the file of the parameter map_file, the grid to that of grid_file, the triangles to that of mesh_file
              srv ~/load_map (std_srvs/srv/Trigger): puts the map of map_file in the place of the map
+             srv ~/get_distances (stillmap_msgs/srv/GetDistances): how far places are from the nearest obstacle
+             srv ~/get_distance_field (stillmap_msgs/srv/GetDistanceField): the same for a box or a slice
              srv ~/reset (std_srvs/srv/Trigger): empties the map",
 };
 
@@ -162,6 +167,8 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
     let save_map = node.service::<Trigger>("~/save_map")?;
     let load_map = node.service::<Trigger>("~/load_map")?;
     let empty = node.service::<Trigger>("~/reset")?;
+    let get_distances = node.service::<GetDistances>("~/get_distances")?;
+    let get_distance_field = node.service::<GetDistanceField>("~/get_distance_field")?;
     let shutdown = node.shutdown_signal();
     let mut saving = Saving::new(&settings, node.counters());
     let mut look_time = tokio::time::interval(LOOK_AGAIN);
@@ -184,6 +191,8 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             request = publish_map.next() => request.answer(stage.publish_on_request()),
             request = save_map.next(), if saving.is_idle() => saving.begin(&mut stage, Some(request)),
             request = load_map.next() => request.answer(stage.load(saving.file())),
+            request = get_distances.next() => stage.answer_distances(request),
+            request = get_distance_field.next() => stage.answer_distance_field(request),
             request = empty.next() => request.answer(Ok(stage.reset())),
             _ = look_time.tick(), if lifecycle.is_active() => {
                 stage.begin_with(saving.file())?;

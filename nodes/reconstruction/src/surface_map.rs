@@ -8,6 +8,7 @@
 
 mod changes;
 mod correction;
+mod distance;
 pub(crate) mod loading;
 mod mesh;
 pub(crate) mod normals;
@@ -20,8 +21,8 @@ use estimation::executor::Serial;
 use geometry::{Cloud, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
-    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, MeshFollower, PlaneOccupancy,
-    Surface, SurfaceConfig,
+    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, DistanceField,
+    MeshFollower, PlaneOccupancy, Surface, SurfaceConfig,
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
@@ -39,7 +40,7 @@ const SHARE_DROPPED: usize = 16;
 /// # Memory
 /// 2.1 kB a block, of which there are `max_map_blocks` at most, and 1.5 kB more of one that has colours; what one image needs
 /// besides, and is kept, is bounded by the image. While changes are followed, some 600 bytes more a block, and while
-/// the mesh is, some 500.
+/// the mesh is, some 500. While distances are asked for, some 900 bytes more a block, and up to 60 MB of them.
 ///
 /// With [`AtMaxVoxels::Spill`] `max_map_blocks` bounds what is in memory. Besides grow, with the way that was driven and no other
 /// bound, the 30 to 60 bytes of each tile that is out of memory, and while the mesh is followed some 50 of each block there that
@@ -59,6 +60,9 @@ pub struct SurfaceMap {
     mesh_follower: Option<MeshFollower>,
     /// What listeners have of the mesh is of another map.
     is_mesh_anew: bool,
+    distance_config: DistanceConfig,
+    /// Present since somebody asked for distances.
+    distances: Option<DistanceField>,
     frame_id: Option<String>,
     stamp: Stamp,
     corrections: Corrections,
@@ -85,6 +89,8 @@ impl SurfaceMap {
             is_followed_anew: false,
             mesh_follower: None,
             is_mesh_anew: false,
+            distance_config: DistanceConfig::default(),
+            distances: None,
             frame_id: None,
             stamp: Stamp::default(),
             corrections: Corrections::default(),
@@ -140,6 +146,9 @@ impl SurfaceMap {
         if let Some(follower) = &mut self.mesh_follower {
             follower.follow(&self.surface);
         }
+        if let Some(distances) = &mut self.distances {
+            distances.follow(&self.surface);
+        }
         Ok(Addition {
             refused_points: update.refused_blocks - added,
             new_voxels: update.new_blocks + added,
@@ -166,6 +175,9 @@ impl SurfaceMap {
             if let Some(follower) = &mut self.mesh_follower {
                 follower.follow_block(*key);
             }
+            if let Some(distances) = &mut self.distances {
+                distances.follow_block(*key);
+            }
         }
         oldest.len()
     }
@@ -186,6 +198,7 @@ impl SurfaceMap {
         }
         self.is_followed_anew = false;
         self.follow_mesh_anew();
+        self.distances = None;
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.corrections.clear();
@@ -197,6 +210,12 @@ impl SurfaceMap {
     /// With a grid of what the cycles see from now on.
     pub(crate) fn with_grid(mut self, grid: Option<GridObservations>) -> Self {
         self.grid = grid;
+        self
+    }
+
+    /// With distances by these parameters, where they are asked for.
+    pub(crate) fn with_distances(mut self, config: DistanceConfig) -> Self {
+        self.distance_config = config;
         self
     }
 
@@ -267,6 +286,8 @@ impl SurfaceMap {
             + self.mesh_follower.as_ref().map_or(0, MeshFollower::memory_bytes);
         let spill = self.spill.as_ref().map_or(0, |spill| spill.tiles.memory_bytes());
         let grid = self.grid_plane().map_or(0, PlaneOccupancy::memory_bytes);
-        self.surface.memory_bytes() + self.view.memory_bytes() + follower + spill + grid
+        let distances = self.distances.as_ref().map_or(0, DistanceField::memory_bytes);
+        let surface = self.surface.memory_bytes() + self.view.memory_bytes();
+        surface + follower + spill + grid + distances
     }
 }

@@ -14,6 +14,7 @@ mod place;
 
 mod by_name;
 mod discovery;
+mod distances;
 mod drivers;
 mod filtered_scan;
 mod fresh_clients;

@@ -166,11 +166,34 @@ impl<S: RosService> Request<'_, S> {
     /// # Errors
     /// When the response cannot be encoded, is not taken, or is too large for the client's middleware.
     pub fn respond(self, response: &S::Response) -> Result<(), PublishError> {
-        let Self { name, ends, client, header, .. } = self;
-        let has_header = !header.is_empty();
+        self.ends.answer(self.outgoing(response)?)
+    }
+
+    /// Answers with a response that may be too large for the client's middleware, and then with another one, which is made of
+    /// that error. The rest is as of [`Request::respond`].
+    ///
+    /// # Errors
+    /// When the response cannot be encoded or is not taken, or the other one is too large, too.
+    pub fn respond_or(
+        self,
+        response: &S::Response,
+        too_large: impl FnOnce(&PublishError) -> S::Response,
+    ) -> Result<(), PublishError> {
+        let outgoing = self.outgoing(response)?;
+        match self.ends.check_size(&outgoing) {
+            Ok(()) => self.ends.answer(outgoing),
+            Err(error) => self.respond(&too_large(&error)),
+        }
+    }
+
+    fn outgoing(&self, response: &S::Response) -> Result<Outgoing, PublishError> {
         let encoded = cdr::encode(response)
-            .map_err(|source| PublishError::Encode { topic: name.to_owned(), source })?;
-        ends.answer(Outgoing { client, has_header, body: answering::body(header, &encoded) })
+            .map_err(|source| PublishError::Encode { topic: self.name.to_owned(), source })?;
+        Ok(Outgoing {
+            client: self.client,
+            has_header: !self.header.is_empty(),
+            body: answering::body(self.header.clone(), &encoded),
+        })
     }
 }
 

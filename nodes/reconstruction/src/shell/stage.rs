@@ -10,6 +10,7 @@ use node_shell::{
 };
 use tokio::time::Instant;
 
+use super::distance_output::DistanceOutput;
 use super::grid_output::GridOutput;
 use super::mesh_output::MeshOutput;
 use super::parameters::Settings;
@@ -51,6 +52,7 @@ pub struct Stage {
     grid: Option<GridOutput>,
     /// Absent where the map has no distances.
     mesh: Option<MeshOutput>,
+    pub(super) distances: DistanceOutput,
     most_update_points: usize,
     map_failed: Throttle,
     spill_watch: SpillWatch,
@@ -86,6 +88,7 @@ impl Stage {
             mesh: (parameters.config.pipeline.needs_depth())
                 .then(|| MeshOutput::new(node, &settings))
                 .transpose()?,
+            distances: DistanceOutput::new(node, parameters.config.pipeline.needs_depth())?,
             most_update_points: settings.most_update_points,
             map_failed: Throttle::for_warnings(),
             spill_watch: SpillWatch::new(node.counters()),
@@ -231,6 +234,7 @@ impl Stage {
         if let Some(mesh) = &mut self.mesh {
             mesh.look(&mut self.map, now);
         }
+        self.distances.look(&mut self.map, now);
         self.spill_watch.look(&mut self.map, now);
     }
 

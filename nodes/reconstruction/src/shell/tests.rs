@@ -1,4 +1,5 @@
 mod behind;
+mod distance;
 mod files;
 mod grid;
 mod mesh;

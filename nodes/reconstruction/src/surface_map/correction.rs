@@ -42,6 +42,7 @@ impl SurfaceMap {
         }
         self.follow_changes_anew();
         self.follow_mesh_anew();
+        self.distances = None;
         let shift_m = self.corrections.done(asked);
         let merged_voxels = before.saturating_sub(self.len());
         Ok(MapCorrection { moved_voxels, merged_voxels, shift_m })

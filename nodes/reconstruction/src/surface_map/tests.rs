@@ -1,4 +1,5 @@
 mod colours;
+mod distance;
 mod loading;
 mod mesh;
 mod rules;

@@ -67,6 +67,17 @@ impl LatticeBox {
     pub fn nodes(&self) -> u64 {
         self.size.into_iter().fold(1, |nodes: u64, along| nodes.saturating_mul(u64::from(along)))
     }
+
+    /// The nodes: x runs fastest, then y, then z.
+    pub fn keys(self) -> impl Iterator<Item = VoxelKey> {
+        let VoxelKey { x, y, z } = self.first;
+        let along =
+            |first: i32, size: u32| (0..size).map(move |step| first.saturating_add_unsigned(step));
+        let [size_x, size_y, size_z] = self.size;
+        along(z, size_z).flat_map(move |z| {
+            along(y, size_y).flat_map(move |y| along(x, size_x).map(move |x| VoxelKey { x, y, z }))
+        })
+    }
 }
 
 impl DistanceField {

@@ -59,6 +59,8 @@ macro_rules! for_each_message_type {
             msgs::std_msgs::Empty,
             msgs::std_msgs::Header,
             msgs::std_msgs::String,
+            msgs::stillmap_msgs::DistanceField,
+            msgs::stillmap_msgs::Distances,
             msgs::stillmap_msgs::DynamicZone,
             msgs::stillmap_msgs::DynamicZones,
             msgs::stillmap_msgs::CycleSetup,

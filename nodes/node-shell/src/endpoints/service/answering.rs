@@ -85,16 +85,19 @@ impl Ends {
         })
     }
 
+    /// Whether a response reaches its client.
+    pub(super) fn check_size(&self, outgoing: &Outgoing) -> Result<(), PublishError> {
+        let bytes = outgoing.body.len() + msgs::cdr::HEADER_BYTES;
+        if outgoing.has_header || bytes <= self.largest_whole {
+            return Ok(());
+        }
+        let (service, largest) = (self.name.to_string(), self.largest_whole);
+        Err(PublishError::ResponseTooLarge { service, bytes, largest })
+    }
+
     /// Sends a response, now or when its client can hear it.
     pub(super) fn answer(self: &Arc<Self>, outgoing: Outgoing) -> Result<(), PublishError> {
-        let bytes = outgoing.body.len() + msgs::cdr::HEADER_BYTES;
-        if !outgoing.has_header && bytes > self.largest_whole {
-            return Err(PublishError::ResponseTooLarge {
-                service: self.name.to_string(),
-                bytes,
-                largest: self.largest_whole,
-            });
-        }
+        self.check_size(&outgoing)?;
         let readers = self.graph.readers_of_client(&self.name, outgoing.asked_by());
         if let Some(readers) = &readers
             && !(outgoing.has_header && self.has_new(readers))

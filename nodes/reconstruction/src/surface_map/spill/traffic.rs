@@ -74,6 +74,11 @@ impl SurfaceMap {
             Ok(known) => {
                 spill.tiles.came_back(tile);
                 let is_known_as_it_is = spill.tiles.is_known_as_it_is(spilled);
+                let blocks = spill.blocks_of(tile);
+                if let Some(distances) = &mut self.distances {
+                    let keys = self.surface.blocks_in(blocks);
+                    keys.into_iter().for_each(|key| distances.follow_block(key));
+                }
                 self.listeners_know(tile, known, is_known_as_it_is);
                 true
             }
@@ -169,6 +174,9 @@ impl SurfaceMap {
         }
         if let Some(follower) = &mut self.mesh_follower {
             follower.left(key);
+        }
+        if let Some(distances) = &mut self.distances {
+            distances.left(key);
         }
     }
 }
