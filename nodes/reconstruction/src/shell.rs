@@ -191,13 +191,20 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             request = publish_map.next() => request.answer(stage.publish_on_request()),
             request = save_map.next(), if saving.is_idle() => saving.begin(&mut stage, Some(request)),
             request = load_map.next() => request.answer(stage.load(saving.file())),
-            request = get_distances.next() => stage.answer_distances(request),
-            request = get_distance_field.next() => stage.answer_distance_field(request),
             request = empty.next() => request.answer(Ok(stage.reset())),
             _ = look_time.tick(), if lifecycle.is_active() => {
                 stage.begin_with(saving.file())?;
                 stage.publish_what_is_due();
                 saving.look(&mut stage, Instant::now());
+            }
+            // However many are asked for, cycles go on.
+            request = get_distances.next() => {
+                stage.answer_distances(request);
+                stage.take_next_waiting();
+            }
+            request = get_distance_field.next() => {
+                stage.answer_distance_field(request);
+                stage.take_next_waiting();
             }
             // It may apply to the waiting clouds.
             received = stage.paths.next() => stage.take_path(&received.message),

@@ -42,7 +42,8 @@ fn packages_say_what_the_workspace_says() {
     // What the messages are made of is what their package depends on.
     let (package, cmake) = (read("msgs/package.xml"), read("msgs/CMakeLists.txt"));
     let mut needed = BTreeSet::new();
-    for file in std::fs::read_dir(root("msgs/msg/stillmap_msgs")).unwrap() {
+    let folders = ["msgs/msg/stillmap_msgs", "msgs/srv/stillmap_msgs"];
+    for file in folders.into_iter().flat_map(|folder| std::fs::read_dir(root(folder)).unwrap()) {
         let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
         let types =
             text.lines().filter_map(|line| line.split('#').next()?.split_whitespace().next());
@@ -164,14 +165,16 @@ fn what_the_debian_package_holds_is_there() {
 fn rosidl_takes_the_messages() {
     let script = "import pathlib, sys\n\
                   from rosidl_adapter.msg import convert_msg_to_idl\n\
+                  from rosidl_adapter.srv import convert_srv_to_idl\n\
                   from rosidl_parser.definition import IdlLocator\n\
                   from rosidl_parser.parser import parse_idl_file\n\
                   base, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])\n\
-                  for path in sorted(base.glob('stillmap_msgs/*.msg')):\n\
-                  \x20   package = path.parent.name\n\
-                  \x20   convert_msg_to_idl(path.parent, package, pathlib.Path(path.name), out / package / 'msg')\n\
-                  \x20   parse_idl_file(IdlLocator(out, pathlib.Path(package) / 'msg' / f'{path.stem}.idl'))\n\
-                  \x20   print(path.stem)\n";
+                  for kind, convert in (('msg', convert_msg_to_idl), ('srv', convert_srv_to_idl)):\n\
+                  \x20   for path in sorted((base / kind).glob(f'stillmap_msgs/*.{kind}')):\n\
+                  \x20       package = path.parent.name\n\
+                  \x20       convert(path.parent, package, pathlib.Path(path.name), out / package / kind)\n\
+                  \x20       parse_idl_file(IdlLocator(out, pathlib.Path(package) / kind / f'{path.stem}.idl'))\n\
+                  \x20       print(path.stem)\n";
     let python = ["/usr/bin/python3", "python3"].into_iter().find(|python| {
         let asked =
             Command::new(python).args(["-c", "import rosidl_adapter, rosidl_parser"]).output();
@@ -184,14 +187,16 @@ fn rosidl_takes_the_messages() {
     let out = tempfile::tempdir().unwrap();
     let output = Command::new(python)
         .args(["-B", "-c", script])
-        .arg(root("msgs/msg").canonicalize().unwrap())
+        .arg(root("msgs").canonicalize().unwrap())
         .arg(out.path())
         .output()
         .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{stderr}");
     let told = String::from_utf8(output.stdout).unwrap();
-    for name in ["DynamicZones", "ReducedCloud", "SegmentedCloud", "StageReport", "Tracks"] {
+    let messages = ["DynamicZones", "ReducedCloud", "SegmentedCloud", "StageReport", "Tracks"];
+    let services = ["GetDistances", "GetDistanceField"];
+    for name in messages.into_iter().chain(services) {
         assert!(told.lines().any(|line| line == name), "{name}: {told}");
     }
 }

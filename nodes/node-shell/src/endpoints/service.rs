@@ -2,7 +2,7 @@
 //!
 //! Clients of Fast DDS, Connext, RustDDS (*enhanced* mapping) and Cyclone DDS are each answered in their own
 //! form. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, clients of a response
-//! that does not fit into a datagram (some 1.4 kB): see [`wire`].
+//! that does not fit into a datagram (some 1.4 kB): see [`wire`]. [`Request::respond_or`] tells these why.
 
 mod answering;
 #[cfg(test)]

@@ -120,6 +120,13 @@ impl Stage {
         }
     }
 
+    /// Takes the next cycle, if one has arrived.
+    pub(super) fn take_next_waiting(&mut self) {
+        if let Some(received) = self.cycles.try_next() {
+            self.take(&received.message);
+        }
+    }
+
     /// The map so far.
     #[must_use]
     pub fn map(&self) -> &Map {

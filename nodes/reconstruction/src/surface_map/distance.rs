@@ -2,7 +2,7 @@
 
 use geometry::{DistanceAt, DistanceLattice, Distances};
 use nalgebra::Point3;
-use volume::DistanceField;
+use volume::{BlockBox, DistanceField};
 
 use super::SurfaceMap;
 use crate::distance::{DistanceError, MOST_BOX_PLACES, MOST_PLACES, MapBox, check_finite};
@@ -101,13 +101,14 @@ impl SurfaceMap {
         Ok(at)
     }
 
-    /// Brings back the tiles that the distance at a place depends on, unless it is computed already.
+    /// Brings back the tile of a place, and unless it is computed already those that its distance depends on.
     fn fetch_for(&mut self, place_m: &Point3<f64>) -> Result<(), DistanceError> {
         if self.spill.is_none() {
             return Ok(());
         }
         let needed = self.distances.as_ref().and_then(|field| field.needed_for(place_m));
-        if needed.is_none_or(|blocks| self.fetch(blocks)) {
+        let own = self.surface.block_of(place_m);
+        if self.fetch(needed.unwrap_or(BlockBox { least: own, most: own })) {
             return Ok(());
         }
         let [x_m, y_m, z_m] = place_m.coords.into();

@@ -285,10 +285,7 @@ impl Surface {
     /// What is recorded of a place: at the node nearest to it.
     #[must_use]
     pub fn place_state(&self, place_in_map: &Point3<f64>) -> PlaceState {
-        // The casts saturate.
-        let [x, y, z] =
-            [0, 1, 2].map(|axis| (place_in_map[axis] / self.config.edge_m).round() as i32);
-        let node = VoxelKey { x, y, z };
+        let node = self.node_nearest_to(place_in_map);
         let Some(block) = self.block(BlockKey::of(node)) else { return PlaceState::Unknown };
         let index = voxel_index(node);
         match (block.weight[index], block.distance[index]) {
@@ -296,5 +293,17 @@ impl Surface {
             (_, distance) if distance < 0 => PlaceState::Behind,
             _ => PlaceState::Free,
         }
+    }
+
+    /// The block that says what is recorded of a place.
+    #[must_use]
+    pub fn block_of(&self, place_in_map: &Point3<f64>) -> BlockKey {
+        BlockKey::of(self.node_nearest_to(place_in_map))
+    }
+
+    fn node_nearest_to(&self, place_in_map: &Point3<f64>) -> VoxelKey {
+        // The cast saturates.
+        let along = |axis: usize| (place_in_map[axis] / self.config.edge_m).round() as i32;
+        VoxelKey { x: along(0), y: along(1), z: along(2) }
     }
 }

@@ -121,11 +121,18 @@ async fn a_response_that_would_be_sent_in_fragments_is_refused_and_the_next_one_
         // Of a response: encapsulation, a flag, the count and the end of the text.
         let text = |bytes: usize| "x".repeat(bytes - 4 - 4 - 4 - 1);
         let response = |bytes| SetBoolResponse { success: true, message: text(bytes) };
+        let has_reason = std::cell::Cell::new(false);
         let serve = async {
             loop {
                 let request = service.next().await;
                 if request.message.data {
                     request.respond(&response(largest)).unwrap();
+                } else if has_reason.get() {
+                    let reason = |error: &PublishError| SetBoolResponse {
+                        success: false,
+                        message: error.to_string(),
+                    };
+                    request.respond_or(&response(largest + 4), reason).unwrap();
                 } else {
                     let error = request.respond(&response(largest + 4)).unwrap_err();
                     assert!(matches!(error, PublishError::ResponseTooLarge { .. }), "{error}");
@@ -137,6 +144,9 @@ async fn a_response_that_would_be_sent_in_fragments_is_refused_and_the_next_one_
             let large = asker.ask(false);
             assert!(tokio::time::timeout(3 * ASK_AGAIN, large).await.is_err());
             assert!(asker.ask(true).await.success);
+            has_reason.set(true);
+            let answer = asker.ask(false).await;
+            assert!(!answer.success && answer.message.contains("ask for less"), "{answer:?}");
         };
         tokio::select! {
             () = serve => {}
