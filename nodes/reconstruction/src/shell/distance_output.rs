@@ -20,7 +20,7 @@ const TOPIC: &str = "distance_field";
 const FIELDS_KEPT: usize = 2;
 /// When nobody has asked for so long, changes of the map are no longer followed, and the memory is given back: planners ask several
 /// times a second.
-const KEPT: Duration = Duration::from_secs(60);
+pub(super) const KEPT: Duration = Duration::from_secs(60);
 
 /// What the services need besides the map.
 pub(super) struct DistanceOutput {
@@ -38,6 +38,11 @@ impl DistanceOutput {
             asked_last: None,
             unanswered: Throttle::for_warnings(),
         })
+    }
+
+    /// Somebody asks.
+    pub(super) fn asked(&mut self, now: Instant) {
+        self.asked_last = Some(now);
     }
 
     /// Forgets what nobody has asked for in a while.
@@ -71,7 +76,7 @@ fn place_m(point: &geometry_msgs::Point) -> Point3<f64> {
 impl Stage {
     /// Answers how far places are.
     pub(super) fn answer_distances(&mut self, request: Request<'_, GetDistances>) {
-        self.distances.asked_last = Some(Instant::now());
+        self.distances.asked(Instant::now());
         let places_m: Vec<Point3<f64>> = request.message.points.iter().map(place_m).collect();
         let distances = self.map.distances(&request.message.frame_id, &places_m);
         let response = match distances {
@@ -91,7 +96,7 @@ impl Stage {
 
     /// Answers how far the places of a box are, and publishes it where somebody subscribes.
     pub(super) fn answer_distance_field(&mut self, request: Request<'_, GetDistanceField>) {
-        self.distances.asked_last = Some(Instant::now());
+        self.distances.asked(Instant::now());
         let asked = &request.message;
         let within = MapBox { least_m: place_m(&asked.least), most_m: place_m(&asked.most) };
         let made = self.map.distance_lattice(&asked.frame_id, &within);

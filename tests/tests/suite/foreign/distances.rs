@@ -89,7 +89,9 @@ async fn a_peer_asks_how_far_obstacles_are() {
     assert!((slice["origin"]["z"].as_f64().unwrap() - 0.15).abs() < 1e-9);
     for (index, distance_m) in numbers(&slice["distances"]).into_iter().enumerate() {
         let x_m = slice["origin"]["x"].as_f64().unwrap() + EDGE_M * (index % 35) as f64;
-        assert!((distance_m - (WALL_X_M - x_m)).abs() < 0.02, "{x_m}: {distance_m}");
+        // The points of the wall are half an edge beside the lattice along y and z.
+        let true_m = (WALL_X_M - x_m).hypot(EDGE_M / f64::sqrt(2.0));
+        assert!((distance_m - true_m).abs() < 0.01, "{x_m}: {distance_m}, not {true_m}");
     }
 
     let in_odom = json!({ "frame_id": "odom", "points": [point(0.0, 0.0)] });

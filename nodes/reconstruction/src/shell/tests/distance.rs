@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::*;
 use crate::ReconstructionConfig;
+use crate::shell::distance_output::KEPT;
 use crate::surface_map::tests::scene::{Scene, cycle, rig_at};
 
 #[derive(Clone, Serialize, Deserialize)]
@@ -139,4 +140,20 @@ async fn places_are_answered_and_a_large_field_is_on_the_topic() {
     host.shutdown_signal().trigger();
     soon("the end", served).await.unwrap().unwrap();
     peer.close().await;
+}
+
+#[tokio::test]
+async fn what_nobody_has_asked_for_in_a_while_is_forgotten() {
+    let test = Place::new("distances_kept");
+    let node = test.node(&Host::in_process(), "reconstruction");
+    let mut stage = Stage::new(&node, &parameters()).unwrap();
+    stage.take(&node_shell::Arrived::Message(std::sync::Arc::new(room())));
+    let before = stage.map.memory_bytes();
+    stage.map.distances("map", &[nalgebra::Point3::new(2.0, 0.0, 0.0)]).unwrap();
+    let now = Instant::now();
+    stage.distances.asked(now);
+    stage.distances.look(&mut stage.map, now + KEPT / 2);
+    assert!(stage.map.memory_bytes() > before);
+    stage.distances.look(&mut stage.map, now + KEPT);
+    assert_eq!(stage.map.memory_bytes(), before);
 }
