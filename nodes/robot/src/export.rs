@@ -1,8 +1,8 @@
 //! `stillmap export`: a saved map in another form.
 
-mod las;
 mod selection;
 
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -17,6 +17,7 @@ use self::selection::Selection;
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
+use crate::las_file::{LasError, LasFile, LasKind};
 
 /// An octomap may have so many voxels: 12 bytes each.
 const MOST_VOXELS: usize = 100_000_000;
@@ -124,7 +125,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         Form::Ply => ply::encode_with_colours(points_m, normals, colours),
         Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
         Form::Octomap => octomap_of(points_m, args.edge.unwrap_or(OCTOMAP_EDGE_M))?,
-        Form::Las { is_compressed } => las::encode(&points, is_compressed)
+        Form::Las { is_compressed } => las_of(&points, is_compressed)
             .map_err(|error| Failure::new(format!("{}: {error}", args.map.display())))?,
         Form::Mesh(form) => {
             let failed =
@@ -173,6 +174,18 @@ fn grid(args: &ExportArgs, points: &OrientedPoints) -> Result<OccupancyGrid, Fai
         Failure::new(format!("{}: {error}", args.map.display()))
             .fix("--floor says how high the floor is in the map, --resolution how large a cell")
     })
+}
+
+/// The points with their colours, where they have some. A file of this kind has no normals.
+fn las_of(points: &OrientedPoints, is_compressed: bool) -> Result<Vec<u8>, LasError> {
+    let OrientedPoints { points_m, colours, .. } = points;
+    let first_m = points_m.first().copied().unwrap_or_else(Point3::origin);
+    let kind = LasKind { has_colour: !colours.is_empty(), is_compressed };
+    let mut file = LasFile::new(Cursor::new(Vec::new()), first_m.cast().into(), kind)?;
+    for (index, point_m) in points_m.iter().enumerate() {
+        file.push(point_m.cast().into(), 0, colours.get(index).copied())?;
+    }
+    Ok(file.finish()?.into_inner())
 }
 
 fn octomap_of(points_m: &[Point3<f32>], edge_m: f64) -> Result<Vec<u8>, Failure> {

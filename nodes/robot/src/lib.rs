@@ -15,6 +15,7 @@ mod filter;
 pub mod import;
 mod info;
 mod interrupt;
+mod las_file;
 pub mod lidar;
 mod node;
 mod odometry;

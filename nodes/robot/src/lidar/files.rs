@@ -4,11 +4,11 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use las::{Builder, Color, Point, Transform, Vector, Writer};
 use lidar_odometry::panorama::ColourMap;
 use lidar_odometry::road_map::{RoadMap, RoadPoint};
 
 use crate::failure::Failure;
+use crate::las_file::{LasError, LasFile, LasKind};
 
 /// What a map is coloured by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
@@ -159,9 +159,6 @@ fn write(
     file.flush().and_then(|()| fs::rename(&temporary, path)).map_err(failed)
 }
 
-/// The resolution of the coordinates of a LAS file.
-const LAS_STEP_M: f64 = 0.001;
-
 /// Writes LAS 1.4 with intensities and colours: of both, 16 bits for what the extent spans.
 pub(crate) fn write_las(
     path: &Path,
@@ -169,44 +166,24 @@ pub(crate) fn write_las(
     extent: &RoadExtent,
     colour: RoadColour,
 ) -> Result<(), Failure> {
-    let failed = |error: las::Error| {
+    let failed = |error: LasError| {
         Failure::new(format!("cannot write {}: {error}", path.display()))
             .fix("give a folder that can be written with --out")
     };
-    let mut builder = Builder::from((1, 4));
-    // Coordinates, intensities and colours; no times.
-    builder.point_format = las::point::Format::new(2).map_err(failed)?;
-    builder.generating_software = "stillmap".to_owned();
-    let axis = |index: usize| {
-        let low_m = extent.low_m.get(index).copied().filter(|low_m| low_m.is_finite());
-        Transform { scale: LAS_STEP_M, offset: low_m.unwrap_or(0.0).floor() }
-    };
-    builder.transforms = Vector { x: axis(0), y: axis(1), z: axis(2) };
-    let header = builder.into_header().map_err(failed)?;
     let temporary = part_of(path);
     let file = File::create(&temporary).map_err(|error| cannot_write(path, &error))?;
-    let mut writer = Writer::new(BufWriter::new(file), header).map_err(failed)?;
+    let kind = LasKind { has_colour: true, is_compressed: false };
+    let mut las = LasFile::new(BufWriter::new(file), extent.low_m, kind).map_err(failed)?;
     let [dark, bright] = extent.intensities;
     for_each(map, |point| {
         let share = if bright > dark { (point.intensity - dark) / (bright - dark) } else { 0.5 };
-        let [red, green, blue] = extent.colour(point, colour).map(|value| u16::from(value) * 257);
-        let [x, y, z] = point.position_m.coords.into();
-        let record = Point {
-            x,
-            y,
-            z,
-            // The float-to-int cast saturates.
-            intensity: (share * f32::from(u16::MAX)) as u16,
-            color: Some(Color::new(red, green, blue)),
-            return_number: 1,
-            number_of_returns: 1,
-            ..Point::default()
-        };
-        writer.write_point(record).map_err(failed)
+        // The float-to-int cast saturates.
+        let intensity = (share * f32::from(u16::MAX)) as u16;
+        let rgb = extent.colour(point, colour);
+        las.push(point.position_m.coords.into(), intensity, Some(rgb)).map_err(failed)
     })?;
-    writer.close().map_err(failed)?;
-    drop(writer);
-    fs::rename(&temporary, path).map_err(|error| cannot_write(path, &error))
+    let flushed = las.finish().map_err(failed)?.flush();
+    flushed.and_then(|()| fs::rename(&temporary, path)).map_err(|error| cannot_write(path, &error))
 }
 
 fn part_of(path: &Path) -> PathBuf {

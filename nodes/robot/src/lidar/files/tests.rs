@@ -40,11 +40,11 @@ fn a_spilled_map_is_written_with_all_its_points_to_every_format() {
     assert!(ply.len() as u64 == extent.points && ply == pcd);
     let mut las = las::Reader::from_path(path("map.las")).unwrap();
     let las = las.read_all().unwrap();
-    let las: Vec<Point> = las.points().map(Result::unwrap).collect();
+    let las: Vec<las::Point> = las.points().map(Result::unwrap).collect();
     assert_eq!(las.len(), ply.len());
     for (las, ply) in las.iter().zip(&ply) {
         let off_m = [las.x - f64::from(ply.x), las.y - f64::from(ply.y), las.z - f64::from(ply.z)];
-        assert!(off_m.iter().all(|off_m| off_m.abs() < LAS_STEP_M), "{off_m:?}");
+        assert!(off_m.iter().all(|off_m| off_m.abs() < crate::las_file::STEP_M), "{off_m:?}");
         assert!(las.color.is_some());
     }
     let (dark, bright) =
