@@ -11,7 +11,7 @@ use nalgebra::Point3;
 use node_shell::{folder_of, write_whole_file};
 use reconstruction::grid::{GridConfig, GridFloor, GridPoints, GridSource, grid_of_points};
 use reconstruction::mesh::{self, mesh_of_points};
-use reconstruction::{MeshError, MeshForm, octomap};
+use reconstruction::{MeshForm, octomap};
 
 use self::selection::Selection;
 use crate::console;
@@ -120,19 +120,20 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     }
     let points = args.selection.of(read(&args.map)?)?;
     let OrientedPoints { points_m, normals, colours } = &points;
+    let failed =
+        |error: &dyn std::fmt::Display| Failure::new(format!("{}: {error}", args.map.display()));
     let mut size = String::new();
     let bytes = match form {
         Form::Ply => ply::encode_with_colours(points_m, normals, colours),
         Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
         Form::Octomap => octomap_of(points_m, args.edge.unwrap_or(OCTOMAP_EDGE_M))?,
-        Form::Las { is_compressed } => las_of(&points, is_compressed)
-            .map_err(|error| Failure::new(format!("{}: {error}", args.map.display())))?,
+        Form::Las { is_compressed } => {
+            las_of(&points, is_compressed).map_err(|error| failed(&error))?
+        }
         Form::Mesh(form) => {
-            let failed =
-                |error: MeshError| Failure::new(format!("{}: {error}", args.map.display()));
-            let mesh = mesh_of_points(&points, args.edge).map_err(failed)?;
+            let mesh = mesh_of_points(&points, args.edge).map_err(|error| failed(&error))?;
             size = format!(" of {} triangles", mesh.triangles.len());
-            mesh::encode(&mesh, form).map_err(failed)?
+            mesh::encode(&mesh, form).map_err(|error| failed(&error))?
         }
         Form::Grid => {
             let grid = grid(args, &points)?;
@@ -145,7 +146,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     };
     write(&args.output, &bytes)?;
     console::print(format_args!(
-        "{}{size}, from the {} points of {}",
+        "{}{size}, from {} points of {}",
         args.output.display(),
         points_m.len(),
         args.map.display()

@@ -10,7 +10,7 @@ use estimation::Random;
 use geometry::{MaskedDepth, SegmentedCycle};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use self::scene::{Scene, cycle, near, rig_at};
+use self::scene::{Scene, cycle, near, path_at, rig_at};
 use crate::{Map, ReconstructionConfig};
 
 fn config(map_edge_m: f64) -> ReconstructionConfig {

@@ -1,6 +1,6 @@
 //! How far places are from the nearest obstacle of the map.
 
-use geometry::{DistanceAt, MapPath, Method, PathVertex, PipelineConfig, PlaceState, Stamp};
+use geometry::{DistanceAt, Method, PipelineConfig, PlaceState};
 
 use super::spilling::{drive, spilling};
 use super::*;
@@ -186,12 +186,6 @@ fn a_map_whose_tiles_have_no_room_says_so() {
 #[test]
 fn a_corrected_or_emptied_map_has_the_distances_of_what_it_is_now() {
     let mut map = map(0.05);
-    let path_at = |x_m: f64| {
-        let at = |seconds| Stamp::from_nanos(1).plus_seconds(seconds);
-        let vertex =
-            |seconds: f64| PathVertex { stamp: at(seconds), map_from_rig: rig_at(x_m, 0.0) };
-        MapPath::new(at(6.0), "map", vec![vertex(0.0), vertex(5.0)]).unwrap()
-    };
     map.follow_path(&path_at(0.0)).unwrap();
     map.integrate(&cycle(&Scene::room(), 0, &rig_at(0.0, 0.0), None)).unwrap();
     check_against_points(&mut map, &places(100));

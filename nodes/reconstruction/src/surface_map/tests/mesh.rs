@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use geometry::{MapPath, MeshUpdate, PathVertex, Stamp};
+use geometry::MeshUpdate;
 
 use super::spilling::{MOST, drive, spilling};
 use super::*;
@@ -75,13 +75,6 @@ fn listeners_have_the_mesh_of_a_map_that_is_larger_than_its_memory() {
 fn listeners_have_the_mesh_of_a_map_that_was_corrected() {
     let mut map = map(0.05);
     map.follow_mesh();
-    // The blocks were seen before the path begins to be that of the map.
-    let path_at = |x_m: f64| {
-        let at = |seconds| Stamp::from_nanos(1).plus_seconds(seconds);
-        let vertex =
-            |seconds: f64| PathVertex { stamp: at(seconds), map_from_rig: rig_at(x_m, 0.0) };
-        MapPath::new(at(6.0), "map", vec![vertex(0.0), vertex(5.0)]).unwrap()
-    };
     map.follow_path(&path_at(0.0)).unwrap();
     map.integrate(&cycle(&Scene::room(), 0, &rig_at(0.0, 0.0), None)).unwrap();
     let mut listener = Listener::default();

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use estimation::Random;
 use geometry::{
-    CameraModel, Cloud, CycleSetup, DepthFrame, DepthImage, DepthPixels, Distortion, MaskedDepth,
-    SegmentedCycle, Stamp,
+    CameraModel, Cloud, CycleSetup, DepthFrame, DepthImage, DepthPixels, Distortion, MapPath,
+    MaskedDepth, PathVertex, SegmentedCycle, Stamp,
 };
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -102,6 +102,13 @@ pub(crate) fn near(points: &[(Point3<f64>, Vector3<f64>)], scene: &Scene) -> usi
     let middle = scene.person_m.unwrap();
     let is_near = |(point, _): &&(Point3<f64>, _)| (point - middle).norm() < PERSON_RADIUS_M + 0.05;
     points.iter().filter(is_near).count()
+}
+
+/// A path of the map that stands at `x_m` for five seconds, from the first cycle on.
+pub(crate) fn path_at(x_m: f64) -> MapPath {
+    let at = |seconds| Stamp::from_nanos(1).plus_seconds(seconds);
+    let vertex = |seconds| PathVertex { stamp: at(seconds), map_from_rig: rig_at(x_m, 0.0) };
+    MapPath::new(at(6.0), "map", vec![vertex(0.0), vertex(5.0)]).unwrap()
 }
 
 pub(crate) fn rig_at(x_m: f64, yaw_rad: f64) -> Isometry3<f64> {
