@@ -39,6 +39,7 @@ mod distance;
 mod label;
 mod lidar_cloud;
 mod map_path;
+mod map_view;
 mod method;
 mod moving_beam;
 mod occupancy_grid;
@@ -80,6 +81,7 @@ pub use lidar_cloud::LidarCloud;
 pub use map_path::{
     ContinuousFrame, LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex,
 };
+pub use map_view::{MapView, MapViews, NoView};
 pub use method::Method;
 pub use moving_beam::{BeamFill, MovingBeam};
 pub use occupancy_grid::{FREE_THRESHOLD, GridCell, GridPart, OCCUPIED_THRESHOLD, OccupancyGrid};

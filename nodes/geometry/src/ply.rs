@@ -2,10 +2,13 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::TriangleMesh;
 use crate::point_file::{
-    Encoding, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, split_header,
+    Encoding, HeaderLine, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, split_header,
 };
+use crate::{MapView, TriangleMesh};
+
+/// The lines of a header, and the bytes behind it.
+type Header<'a> = (Vec<HeaderLine<'a>>, &'a [u8]);
 
 /// A binary PLY file, least significant byte first, of points in metres.
 #[must_use]
@@ -27,7 +30,15 @@ pub fn encode_with_colours(
     normals: &[Vector3<f32>],
     colours: &[[u8; 3]],
 ) -> Vec<u8> {
-    encode_elements(points_m.len(), &Parts::of(points_m, normals, colours), "")
+    encode_elements(points_m.len(), &Parts::of(points_m, normals, colours), "", &[])
+}
+
+/// The same of a map, with the views that it was seen from, as comments of the header: [`views_of`] reads them, and other
+/// programs pass over them.
+#[must_use]
+pub fn encode_map(points: &OrientedPoints, views: &[MapView]) -> Vec<u8> {
+    let OrientedPoints { points_m, normals, colours } = points;
+    encode_elements(points_m.len(), &Parts::of(points_m, normals, colours), "", views)
 }
 
 /// The same of triangles: their vertices, and the element `face` with `vertex_indices`.
@@ -37,7 +48,7 @@ pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
     let faces =
         format!("element face {}\nproperty list uchar int vertex_indices\n", triangles.len());
     let parts = Parts::of(points_m, normals, colours);
-    let mut bytes = encode_elements(points_m.len(), &parts, &faces);
+    let mut bytes = encode_elements(points_m.len(), &parts, &faces, &[]);
     bytes.reserve(triangles.len() * 13);
     for triangle in triangles {
         bytes.push(3);
@@ -46,11 +57,21 @@ pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
     bytes
 }
 
-/// The header, with what it says of further elements, and the vertices.
-fn encode_elements(vertices: usize, parts: &Parts<'_>, further_elements: &str) -> Vec<u8> {
-    let mut header = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
-         property float x\nproperty float y\nproperty float z\n"
+/// How the comment of a view begins.
+const VIEW: [&str; 2] = ["comment", "view"];
+
+/// The header, with what it says of further elements and of views, and the vertices.
+fn encode_elements(
+    vertices: usize,
+    parts: &Parts<'_>,
+    further_elements: &str,
+    views: &[MapView],
+) -> Vec<u8> {
+    let [comment, view] = VIEW;
+    let mut header = "ply\nformat binary_little_endian 1.0\n".to_owned();
+    header.extend(views.iter().map(|of_map| format!("{comment} {view} {of_map}\n")));
+    header += &format!(
+        "element vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n"
     );
     if parts.normals.is_some() {
         header += "property float nx\nproperty float ny\nproperty float nz\n";
@@ -84,12 +105,31 @@ pub fn decode_with_normals(bytes: &[u8]) -> Result<OrientedPoints, PointFileErro
     layout.decode_with_normals(encoding, body, vertices)
 }
 
-/// What the header says, and the bytes behind it.
-fn read(bytes: &[u8]) -> Result<(RecordLayout, Encoding, &[u8], usize), PointFileError> {
+/// The views that a map was seen from; none where the file says of none, as those of other programs.
+///
+/// # Errors
+/// When the bytes are no such file, or their header is cut off.
+pub fn views_of(bytes: &[u8]) -> Result<Vec<MapView>, PointFileError> {
+    let lines = header_of(bytes)?.0.into_iter();
+    // What is no view is a comment of somebody else's.
+    Ok(lines.filter_map(|(_, line)| words_after(line, VIEW)?.parse().ok()).collect())
+}
+
+/// What stands behind these words; `None` of a line that does not begin with them.
+fn words_after<'a>(line: &'a str, words: [&str; 2]) -> Option<&'a str> {
+    words.iter().try_fold(line, |rest, word| rest.trim_start().strip_prefix(word))
+}
+
+fn header_of(bytes: &[u8]) -> Result<Header<'_>, PointFileError> {
     if !bytes.starts_with(b"ply") {
         return Err(PointFileError::NotThisFormat { format: "PLY", expected: "ply" });
     }
-    let (lines, body) = split_header(bytes, "end_header")?;
+    split_header(bytes, "end_header")
+}
+
+/// What the header says, and the bytes behind it.
+fn read(bytes: &[u8]) -> Result<(RecordLayout, Encoding, &[u8], usize), PointFileError> {
+    let (lines, body) = header_of(bytes)?;
     let mut encoding = None;
     let mut vertices = None;
     let mut in_vertex = false;
@@ -179,6 +219,23 @@ mod tests {
             file.append(&mut bytes);
             let _ = decode(&file);
         }
+    }
+
+    #[test]
+    fn the_views_of_a_map_stand_in_the_header() {
+        let points = OrientedPoints {
+            points_m: vec![Point3::new(1.0, 2.0, 3.0)],
+            ..OrientedPoints::default()
+        };
+        let line = "7 1.0000 2.0000 0.5000 0.00000 0.00000 0.00000 1.00000 640 480 525.00 525.00 319.50 239.50";
+        let views = vec![line.parse::<MapView>().unwrap(); 2];
+        let file = encode_map(&points, &views);
+        assert_eq!(views_of(&file).unwrap(), views);
+        assert_eq!(decode_with_normals(&file).unwrap(), points);
+        assert_eq!(encode_map(&points, &[]), encode(&points.points_m));
+        let other = String::from_utf8_lossy(&file).replace("comment view 7", "comment viewed 7");
+        assert_eq!(views_of(other.as_bytes()).unwrap(), []);
+        assert!(views_of(b"ply\ncut off").is_err());
     }
 
     #[test]
