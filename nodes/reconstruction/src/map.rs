@@ -1,8 +1,8 @@
 //! The static map of either kind: chosen once, by the parameters.
 
 use geometry::{
-    ColouredCloud, DistanceLattice, Distances, MapPath, MeshUpdate, OccupancyGrid, OrientedPoints,
-    SegmentedCycle, TriangleMesh, VoxelGrid,
+    ColouredCloud, DistanceLattice, Distances, MapPath, MapView, MeshUpdate, OccupancyGrid,
+    OrientedPoints, SegmentedCycle, TriangleMesh, VoxelGrid,
 };
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
@@ -113,6 +113,13 @@ impl Map {
         match self {
             Self::Means(map) => map.replace(&points.points_m, frame_id),
             Self::Surface(map) => map.replace_coloured(points, frame_id),
+        }
+    }
+
+    /// Adds the views that the points of a file were seen from. A map of means has none.
+    pub fn add_views(&mut self, views: impl IntoIterator<Item = MapView>) {
+        if let Self::Surface(map) = self {
+            map.add_views(views);
         }
     }
 

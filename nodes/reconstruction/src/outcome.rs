@@ -1,6 +1,6 @@
 //! What a map of either kind says: of a cycle, of its points, of its changes, of what it cannot take.
 
-use geometry::Cloud;
+use geometry::{Cloud, MapView};
 use nalgebra::{Point3, Vector3};
 use volume::ViewError;
 
@@ -63,6 +63,8 @@ pub struct WholeMap {
     pub normals: Vec<Vector3<f32>>,
     /// Red, green and blue of each point, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no colours.
     pub colours: Vec<[u8; 3]>,
+    /// Where a map of depth images was seen from; of a map of means none.
+    pub views: Vec<MapView>,
     /// The spilled tiles whose points are not among them, by ascending key.
     pub unreadable: Vec<TileError>,
 }

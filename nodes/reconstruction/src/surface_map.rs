@@ -18,7 +18,7 @@ pub(crate) mod tests;
 mod whole;
 
 use estimation::executor::Serial;
-use geometry::{Cloud, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
+use geometry::{Cloud, MapView, MapViews, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
     ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, DistanceField,
@@ -68,6 +68,8 @@ pub struct SurfaceMap {
     corrections: Corrections,
     /// Present where a grid is asked for.
     grid: Option<GridObservations>,
+    /// Where the images were taken.
+    views: MapViews,
 }
 
 impl SurfaceMap {
@@ -95,6 +97,7 @@ impl SurfaceMap {
             stamp: Stamp::default(),
             corrections: Corrections::default(),
             grid: None,
+            views: MapViews::default(),
         })
     }
 
@@ -115,13 +118,16 @@ impl SurfaceMap {
         let told = cycle.map_from_rig * cycle.setup.mounts.rig_from_camera;
         let missed = self.corrections.missed_at(*stamp);
         let map_from_rig = missed.map_or(cycle.map_from_rig, |missed| missed * cycle.map_from_rig);
+        let (camera, map_from_camera) =
+            (depth.frame.camera(), missed.map_or(told, |missed| missed * told));
         self.view.fill(&DepthInput {
             image: depth.frame.image(),
             is_moving: Some(&depth.is_moving),
             colour: depth.frame.colours(),
-            camera: depth.frame.camera(),
-            map_from_camera: &missed.map_or(told, |missed| missed * told),
+            camera,
+            map_from_camera: &map_from_camera,
         })?;
+        self.views.add(MapView { stamp: *stamp, map_from_camera, camera: *camera });
         if self.frame_id.is_none() {
             self.frame_id = Some(frame_id.clone());
             self.corrections.forget_path_of_another_frame(frame_id);
@@ -205,6 +211,7 @@ impl SurfaceMap {
         if let Some(grid) = &mut self.grid {
             grid.clear();
         }
+        self.views = MapViews::default();
     }
 
     /// With a grid of what the cycles see from now on.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use geometry::{OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
+use geometry::{MapView, OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::Point3;
 use node_shell::{NodeFailure, keep_version, output_file, write_whole_file};
 
@@ -31,6 +31,7 @@ enum Format {
 /// The points of a map at one time, to be written by another thread.
 pub(super) struct Snapshot {
     points: OrientedPoints,
+    views: Vec<MapView>,
     grid: VoxelGrid,
     max_voxels: usize,
 }
@@ -55,7 +56,7 @@ impl Snapshot {
     /// # Errors
     /// When a tile on disk cannot be read at present.
     pub(super) fn of(map: &Map) -> Result<Self, NodeFailure> {
-        let WholeMap { points_m, normals, colours, unreadable } = map.whole();
+        let WholeMap { points_m, normals, colours, views, unreadable } = map.whole();
         if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
             return Err(format!("the map could not be saved: {error}").into());
         }
@@ -64,7 +65,7 @@ impl Snapshot {
             tracing::warn!("{} tiles are missing in the saved map: {error}", unreadable.len());
         }
         let points = OrientedPoints { points_m, normals, colours };
-        Ok(Self { points, grid: *map.grid(), max_voxels: map.max_voxels() })
+        Ok(Self { points, views, grid: *map.grid(), max_voxels: map.max_voxels() })
     }
 
     pub(super) fn points(&self) -> usize {
@@ -115,9 +116,10 @@ impl MapFile {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
-        let Snapshot { points: OrientedPoints { points_m, normals, colours }, grid, .. } = snapshot;
+        let Snapshot { points, views, grid, .. } = snapshot;
+        let OrientedPoints { points_m, normals, colours } = points;
         let bytes = match self.format {
-            Format::Ply => ply::encode_with_colours(points_m, normals, colours),
+            Format::Ply => ply::encode_map(points, views),
             Format::Pcd => pcd::encode_with_colours(points_m, normals, colours),
             Format::Octomap => {
                 let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
@@ -148,14 +150,19 @@ impl MapFile {
         let file = self.points_of(&bytes, map.max_voxels()).map_err(|reason| failed(&reason))?;
         check_edge(file.edge_m, map).map_err(|reason| failed(&reason))?;
         map.replace_coloured(&file.points, frame_id).map_err(|error| failed(&error))?;
+        map.add_views(file.views);
         tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
         Ok(map.len())
     }
 
     fn points_of(&self, bytes: &[u8], max_voxels: usize) -> Result<FilePoints, String> {
         match self.format {
-            Format::Ply => ply::decode_with_normals(bytes).map_err(|error| error.to_string()),
-            Format::Pcd => pcd::decode_with_normals(bytes).map_err(|error| error.to_string()),
+            Format::Ply => ply::decode_with_normals(bytes)
+                .and_then(|points| Ok((points, ply::views_of(bytes)?)))
+                .map_err(|error| error.to_string()),
+            Format::Pcd => pcd::decode_with_normals(bytes)
+                .map(|points| (points, Vec::new()))
+                .map_err(|error| error.to_string()),
             Format::Octomap => {
                 let octree =
                     octomap::decode(bytes, max_voxels).map_err(|error| error.to_string())?;
@@ -164,17 +171,20 @@ impl MapFile {
                         points_m: centres_m(&octree),
                         ..OrientedPoints::default()
                     },
+                    views: Vec::new(),
                     edge_m: Some(octree.edge_m),
                 });
             }
         }
-        .map(|points| FilePoints { points, edge_m: None })
+        .map(|(points, views)| FilePoints { points, views, edge_m: None })
     }
 }
 
 /// The content of a file.
 struct FilePoints {
     points: OrientedPoints,
+    /// Of a PLY file of a map of depth images.
+    views: Vec<MapView>,
     /// Of an octomap the edge of its voxels.
     edge_m: Option<f64>,
 }

@@ -40,6 +40,7 @@ impl SurfaceMap {
         if let Some(grid) = &mut self.grid {
             grid.correct(now_from_before);
         }
+        self.views.correct(now_from_before);
         self.follow_changes_anew();
         self.follow_mesh_anew();
         self.distances = None;

@@ -1,6 +1,6 @@
 //! A map that was saved takes the place of this one.
 
-use geometry::{NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
+use geometry::{MapView, NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, Vector3};
 use volume::BlockBox;
 
@@ -136,6 +136,11 @@ impl SurfaceMap {
         let refused = self.surface.put_coloured_points(coloured, reach_m, blocks);
         self.spill.as_mut()?.tiles.has(tile);
         (refused == 0).then(|| self.surface.blocks() - before)
+    }
+
+    /// Adds the views that the points of a file were seen from.
+    pub(crate) fn add_views(&mut self, views: impl IntoIterator<Item = MapView>) {
+        views.into_iter().for_each(|view| self.views.add(view));
     }
 
     /// Gives the frame of the map another name. The points stay.

@@ -5,6 +5,7 @@ mod mesh;
 mod rules;
 pub(crate) mod scene;
 mod spilling;
+mod views;
 
 use estimation::Random;
 use geometry::{MaskedDepth, SegmentedCycle};

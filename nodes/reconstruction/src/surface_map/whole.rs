@@ -56,7 +56,8 @@ impl SurfaceMap {
         let points_m = all.iter().map(|(_, point)| point.position_m).collect();
         let normals = all.iter().map(|(_, point)| point.normal).collect();
         let colours = colours_of(all.iter().map(|(_, point)| point));
-        WholeMap { points_m, normals, colours, unreadable }
+        let views = self.views.as_slice().to_vec();
+        WholeMap { points_m, normals, colours, views, unreadable }
     }
 
     /// Calls `visit` with the points of each block. Returns why some cannot be had, by ascending key of the tile.

@@ -5,9 +5,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use geometry::{OccupancyGrid, TriangleMesh, pcd, ply};
+use geometry::{MapView, MapViews, OccupancyGrid, OrientedPoints, TriangleMesh, pcd, ply};
 use reconstruction::mesh::{self, MeshForm};
-use report::{RunRecord, Summary};
+use report::{CycleRecord, RunRecord, Summary};
 
 use crate::existing::refuse_to_replace;
 use crate::failure::Failure;
@@ -45,6 +45,19 @@ pub fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let removed = removed.map(|entry| entry.path()).filter(|path| is_removed_cloud(path));
     let results = results.into_iter().chain(meshes).chain(removed);
     refuse_to_replace(results, overwrite, "--out")
+}
+
+/// Where the images of a map of depth images were taken; of a map of means none.
+fn views(record: &RunRecord) -> MapViews {
+    let Some(camera) = record.camera.filter(|_| record.map_edge_m.is_some()) else {
+        return MapViews::default();
+    };
+    let view = |cycle: &CycleRecord| MapView {
+        stamp: cycle.cloud_stamp,
+        map_from_camera: cycle.map_from_rig * camera.rig_from_camera,
+        camera: camera.model,
+    };
+    record.cycles.iter().map(view).collect()
 }
 
 /// The output folder of a run. It is removed if nothing is written to it.
@@ -95,7 +108,12 @@ impl OutputFolder {
         fs::rename(&self.parameters, &parameters)
             .map_err(|error| cannot_write(&parameters, &error))?;
         let (points_m, colours) = (&record.static_map, &record.map_colours);
-        self.write_file("map.ply", &ply::encode_with_colours(points_m, &[], colours))?;
+        let points = OrientedPoints {
+            points_m: points_m.clone(),
+            normals: Vec::new(),
+            colours: colours.clone(),
+        };
+        self.write_file("map.ply", &ply::encode_map(&points, views(record).as_slice()))?;
         self.write_file("map.pcd", &pcd::encode_with_colours(points_m, &[], colours))?;
         self.clear_removed_clouds()?;
         for cycle in record.cycles.iter().filter(|cycle| !cycle.dynamic_points_m.is_empty()) {

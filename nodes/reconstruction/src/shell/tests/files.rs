@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::*;
 use crate::shell::map_file::{MapFile, Snapshot};
+use crate::surface_map::tests::scene;
 use crate::{Map, StaticMap};
 
 #[test]
@@ -291,4 +292,32 @@ async fn a_changed_map_is_saved_once_in_a_period_in_the_background() {
     std::fs::remove_dir(starts.path()).unwrap();
     assert!(start.save().await.is_some());
     assert_eq!(starts.points(), (3, vec![]));
+}
+
+#[test]
+fn a_saved_map_of_depth_images_has_the_views_that_it_was_seen_from_and_gets_them_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| {
+        let path = folder.path().join(name);
+        (MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap(), path)
+    };
+    let empty = || Map::new(ReconstructionConfig::default(), None).unwrap();
+    let mut map = empty();
+    for (index, shift_m) in [(0, 0.0), (1, 0.8)] {
+        let rig = scene::rig_at(shift_m, 0.0);
+        map.integrate(&scene::cycle(&scene::Scene::room(), index, &rig, None)).unwrap();
+    }
+    let views_of = |name: &str| {
+        let (file, path) = file(name);
+        file.write(&Snapshot::of(&map).unwrap(), false).unwrap();
+        let mut loaded = empty();
+        file.load(&mut loaded, "map").unwrap();
+        (loaded.whole().views, std::fs::read(path).unwrap())
+    };
+    let (views, bytes) = views_of("map.ply");
+    assert_eq!(views, geometry::ply::views_of(&bytes).unwrap());
+    assert_eq!(views.len(), map.whole().views.len());
+    assert_eq!(views.len(), 2);
+    // The other formats have no place for them.
+    assert_eq!(views_of("map.pcd").0, []);
 }
