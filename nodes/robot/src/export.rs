@@ -1,5 +1,6 @@
 //! `stillmap export`: a saved map in another form.
 
+mod georeference;
 mod selection;
 
 use std::io::Cursor;
@@ -7,14 +8,16 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use geometry::{OccupancyGrid, OrientedPoints, Stamp, VoxelGrid, VoxelKey, pcd, ply};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use node_shell::{folder_of, write_whole_file};
 use reconstruction::grid::{GridConfig, GridFloor, GridPoints, GridSource, grid_of_points};
 use reconstruction::mesh::{self, mesh_of_points};
 use reconstruction::{MeshForm, octomap};
 
+use self::georeference::{Georeference, Holds};
 use self::selection::Selection;
 use crate::console;
+use crate::e57_file;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::las_file::{LasError, LasFile, LasKind};
@@ -32,6 +35,7 @@ const OCTOMAP_EDGE_M: f64 = 0.05;
   stillmap export house.ply -o house.bt --edge 0.05
   stillmap export house.ply -o house.glb
   stillmap export house.ply -o kitchen.laz --crop 0 -3 -inf 4 1 inf --thin 0.05
+  stillmap export road.ply -o road.laz --transform 0 0 0 0 0 1.2 --origin 458000 5428000 112 --epsg 25832
 
 house.yaml is what map_server of Nav2 loads; its image is house.pgm, beside it. The map's points say where it is occupied, and
 free is where they show floor and nothing in the band: space that was seen free without its floor is in the grid of a running node
@@ -43,7 +47,7 @@ mesh_file of a running node.")]
 pub struct ExportArgs {
     /// The map: a .ply, .pcd or octomap .bt file
     map: PathBuf,
-    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), .glb or .obj for triangles, or .ply, .pcd, .bt, .las, .laz
+    /// The file to write: .yaml for the occupancy grid (with its image, .pgm), .glb or .obj for triangles, or .ply, .pcd, .bt, .las, .laz, .e57
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Edge of the grid's cells
@@ -66,6 +70,8 @@ pub struct ExportArgs {
     overwrite: bool,
     #[command(flatten)]
     selection: Selection,
+    #[command(flatten)]
+    georeference: Georeference,
 }
 
 /// The forms of a map, by the ending of the file's name.
@@ -75,6 +81,7 @@ enum Form {
     Pcd,
     Octomap,
     Las { is_compressed: bool },
+    E57,
     Grid,
     Mesh(MeshForm),
 }
@@ -88,10 +95,20 @@ impl Form {
             "bt" => Some(Self::Octomap),
             "las" => Some(Self::Las { is_compressed: false }),
             "laz" => Some(Self::Las { is_compressed: true }),
+            "e57" => Some(Self::E57),
             "yaml" => Some(Self::Grid),
             "obj" => Some(Self::Mesh(MeshForm::Obj)),
             "glb" => Some(Self::Mesh(MeshForm::Glb)),
             _ => None,
+        }
+    }
+
+    /// What a file of this form can say of the earth.
+    fn holds(self) -> Holds {
+        match self {
+            Self::Las { .. } => Holds::System,
+            Self::E57 => Holds::Origin,
+            Self::Ply | Self::Pcd | Self::Octomap | Self::Grid | Self::Mesh(_) => Holds::Nothing,
         }
     }
 }
@@ -99,7 +116,7 @@ impl Form {
 pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     let form = Form::of(&args.output).ok_or_else(|| {
         Failure::new(format!("{} is no map that is known", args.output.display()))
-            .fix("-o must end in .yaml, .glb, .obj, .ply, .pcd, .bt, .las or .laz")
+            .fix("-o must end in .yaml, .glb, .obj, .ply, .pcd, .bt, .las, .laz or .e57")
     })?;
     let form = match form {
         Form::Ply if args.mesh => Form::Mesh(MeshForm::Ply),
@@ -110,6 +127,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         }
         _ => form,
     };
+    args.georeference.check(form.holds())?;
     let image = args.output.with_extension("pgm");
     let outputs =
         std::iter::once(args.output.clone()).chain((form == Form::Grid).then(|| image.clone()));
@@ -128,8 +146,10 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
         Form::Octomap => octomap_of(points_m, args.edge.unwrap_or(OCTOMAP_EDGE_M))?,
         Form::Las { is_compressed } => {
-            las_of(&points, is_compressed).map_err(|error| failed(&error))?
+            las_of(&points, &args.georeference, is_compressed).map_err(|error| failed(&error))?
         }
+        Form::E57 => e57_file::encode(&points, args.georeference.origin_m())
+            .map_err(|error| failed(&error))?,
         Form::Mesh(form) => {
             let mesh = mesh_of_points(&points, args.edge).map_err(|error| failed(&error))?;
             size = format!(" of {} triangles", mesh.triangles.len());
@@ -178,13 +198,20 @@ fn grid(args: &ExportArgs, points: &OrientedPoints) -> Result<OccupancyGrid, Fai
 }
 
 /// The points with their colours, where they have some. A file of this kind has no normals.
-fn las_of(points: &OrientedPoints, is_compressed: bool) -> Result<Vec<u8>, LasError> {
+fn las_of(
+    points: &OrientedPoints,
+    georeference: &Georeference,
+    is_compressed: bool,
+) -> Result<Vec<u8>, LasError> {
     let OrientedPoints { points_m, colours, .. } = points;
-    let first_m = points_m.first().copied().unwrap_or_else(Point3::origin);
-    let kind = LasKind { has_colour: !colours.is_empty(), is_compressed };
-    let mut file = LasFile::new(Cursor::new(Vec::new()), first_m.cast().into(), kind)?;
+    let origin_m = Vector3::from(georeference.origin_m());
+    let on_earth_m = |point_m: &Point3<f32>| (point_m.cast() + origin_m).into();
+    let first_m = on_earth_m(points_m.first().unwrap_or(&Point3::origin()));
+    let (has_colour, epsg) = (!colours.is_empty(), georeference.epsg());
+    let kind = LasKind { has_colour, is_compressed, epsg };
+    let mut file = LasFile::new(Cursor::new(Vec::new()), first_m, kind)?;
     for (index, point_m) in points_m.iter().enumerate() {
-        file.push(point_m.cast().into(), 0, colours.get(index).copied())?;
+        file.push(on_earth_m(point_m), 0, colours.get(index).copied())?;
     }
     Ok(file.finish()?.into_inner())
 }
@@ -211,7 +238,7 @@ fn read(path: &Path) -> Result<OrientedPoints, Failure> {
             let points_m = octree.voxels.iter().map(centre).collect();
             Ok(OrientedPoints { points_m, ..OrientedPoints::default() })
         }
-        Some(Form::Grid | Form::Mesh(_) | Form::Las { .. }) | None => {
+        Some(Form::Grid | Form::Mesh(_) | Form::Las { .. } | Form::E57) | None => {
             Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt"))
         }
     }
@@ -222,10 +249,16 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }
 
+/// Options from a command line.
+#[cfg(test)]
+fn options_for_test<T: Args>(options: &str) -> T {
+    let words = std::iter::once("test").chain(options.split_whitespace());
+    let matches = T::augment_args(clap::Command::new("test")).get_matches_from(words);
+    T::from_arg_matches(&matches).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::*;
 
     /// A floor of 2 m by 2 m with a wall at x = 2 m, points 2 cm apart.
@@ -248,6 +281,7 @@ mod tests {
             mesh: false,
             overwrite: false,
             selection: Selection::default(),
+            georeference: Georeference::default(),
         }
     }
 
@@ -301,8 +335,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         std::fs::write(path("room.ply"), ply::encode(&room())).unwrap();
-        let selection =
-            Selection::for_test("--crop 1.5 -inf -inf inf inf 0 --transform 1 0 0 0 0 0");
+        let selection = options_for_test("--crop 1.5 -inf -inf inf inf 0 --transform 1 0 0 0 0 0");
         run(&ExportArgs { selection, ..args(&path("room.ply"), &path("a.ply")) }).unwrap();
         let part = read(&path("a.ply")).unwrap().points_m;
         let expected = room().into_iter().filter(|point| point.x >= 1.5 && point.z < 0.0);
@@ -310,10 +343,35 @@ mod tests {
         assert_eq!(part, expected);
         run(&args(&path("a.ply"), &path("a.laz"))).unwrap();
         assert!(std::fs::read(path("a.laz")).unwrap().starts_with(b"LASF"));
-        let selection = Selection::for_test("--crop 5 5 5 6 6 6");
+        run(&args(&path("a.ply"), &path("a.e57"))).unwrap();
+        assert!(std::fs::read(path("a.e57")).unwrap().starts_with(b"ASTM-E57"));
+        let selection = options_for_test("--crop 5 5 5 6 6 6");
         let error = run(&ExportArgs { selection, ..args(&path("room.ply"), &path("b.ply")) });
         assert!(error.unwrap_err().to_string().contains("20000 points"));
         assert!(!path("b.ply").exists());
+    }
+
+    #[test]
+    fn a_map_is_put_where_it_is_on_the_earth() {
+        let georeference: Georeference =
+            options_for_test("--origin 458000.25 5428000 112 --epsg 25832");
+        let points = OrientedPoints { points_m: room(), ..OrientedPoints::default() };
+        let bytes = las_of(&points, &georeference, true).unwrap();
+        let mut reader = las::Reader::new(Cursor::new(bytes)).unwrap();
+        let system = reader.header().get_geotiff_crs().unwrap().unwrap();
+        assert_eq!(system.get_projected_crs_geo_key_value(), Some(25832));
+        let read = reader.read_all().unwrap();
+        let origin_m = Vector3::new(458_000.25, 5_428_000.0, 112.0);
+        for (read, point_m) in read.points().map(Result::unwrap).zip(room()) {
+            let off_m = Point3::new(read.x, read.y, read.z) - (point_m.cast() + origin_m);
+            assert!(off_m.amax() < 0.001, "{off_m}");
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        std::fs::write(path("room.ply"), ply::encode(&room())).unwrap();
+        let far = ExportArgs { georeference, ..args(&path("room.ply"), &path("far.pcd")) };
+        assert!(run(&far).unwrap_err().to_string().contains("single precision"));
+        assert!(!path("far.pcd").exists());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use las::point::Format;
-use las::{Builder, Color, Point, Transform, Vector, Writer};
+use las::{Builder, Color, Point, Transform, Vector, Vlr, Writer};
 
 /// The resolution of the coordinates.
 pub(crate) const STEP_M: f64 = 0.001;
@@ -44,6 +44,8 @@ pub(crate) struct LasKind {
     pub(crate) has_colour: bool,
     /// As LAZ.
     pub(crate) is_compressed: bool,
+    /// The projected reference system that the coordinates are in, by its number at EPSG.
+    pub(crate) epsg: Option<u16>,
 }
 
 impl<W: Write + Seek + Send + Sync + 'static> LasFile<W> {
@@ -59,6 +61,7 @@ impl<W: Write + Seek + Send + Sync + 'static> LasFile<W> {
         let offset_m = offset_m.map(whole);
         let [x, y, z] = offset_m.map(|offset| Transform { scale: STEP_M, offset });
         builder.transforms = Vector { x, y, z };
+        builder.vlrs.extend(kind.epsg.map(reference_system));
         let failed = Failed::default();
         let sink = Sink { inner, position: 0, length: 0, failed: Arc::clone(&failed) };
         let writer = Writer::new(sink, builder.into_header()?)?;
@@ -104,6 +107,23 @@ impl<W: Write + Seek + Send + Sync + 'static> LasFile<W> {
     fn check(&self) -> Result<(), LasError> {
         let failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner).take();
         failed.map_or(Ok(()), |error| Err(error.into()))
+    }
+}
+
+/// What names the reference system of the coordinates: GeoTIFF keys, which the LAS specification has for points without times. The
+/// header of keys (OGC GeoTIFF 1.1, section 7.1.2), and the keys in rising order: the model is projected, and which one it is.
+fn reference_system(epsg: u16) -> Vlr {
+    const HEADER: [u16; 3] = [1, 1, 0];
+    const MODEL_TYPE: u16 = 1024;
+    const PROJECTED: u16 = 1;
+    const PROJECTED_SYSTEM: u16 = 3072;
+    let keys = [[MODEL_TYPE, 0, 1, PROJECTED], [PROJECTED_SYSTEM, 0, 1, epsg]];
+    let numbers = HEADER.into_iter().chain([keys.len() as u16]).chain(keys.into_iter().flatten());
+    Vlr {
+        user_id: "LASF_Projection".to_owned(),
+        record_id: 34735,
+        description: "GeoTIFF keys".to_owned(),
+        data: numbers.flat_map(u16::to_le_bytes).collect(),
     }
 }
 

@@ -8,6 +8,7 @@ mod bag_copy;
 mod calibrate;
 pub mod console;
 mod doctor;
+mod e57_file;
 mod existing;
 mod export;
 mod failure;

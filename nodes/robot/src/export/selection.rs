@@ -159,16 +159,4 @@ fn moved(mut points: OrientedPoints, new_from_map: &Isometry3<f64>) -> OrientedP
 }
 
 #[cfg(test)]
-impl Selection {
-    /// From the options of a command line.
-    pub(super) fn for_test(options: &str) -> Self {
-        use clap::{Command, FromArgMatches};
-
-        let words = std::iter::once("test").chain(options.split_whitespace());
-        let matches = Self::augment_args(Command::new("test")).get_matches_from(words);
-        Self::from_arg_matches(&matches).unwrap()
-    }
-}
-
-#[cfg(test)]
 mod tests;

@@ -3,10 +3,10 @@ use std::io::Cursor;
 use super::*;
 
 const KINDS: [LasKind; 4] = [
-    LasKind { has_colour: false, is_compressed: false },
-    LasKind { has_colour: true, is_compressed: false },
-    LasKind { has_colour: false, is_compressed: true },
-    LasKind { has_colour: true, is_compressed: true },
+    LasKind { has_colour: false, is_compressed: false, epsg: None },
+    LasKind { has_colour: true, is_compressed: false, epsg: None },
+    LasKind { has_colour: false, is_compressed: true, epsg: None },
+    LasKind { has_colour: true, is_compressed: true, epsg: None },
 ];
 
 /// A hillside 1 km away.
@@ -51,6 +51,19 @@ fn points_are_read_back_to_a_millimetre_with_their_colours() {
         size
     });
     assert!(sizes[2] * 2 < sizes[0] && sizes[3] * 2 < sizes[1], "{sizes:?}");
+}
+
+/// The library reads the number off the keys by itself.
+#[test]
+fn the_reference_system_is_in_the_header() {
+    for kind in KINDS {
+        let kind = LasKind { epsg: Some(25832), ..kind };
+        let bytes = write(Cursor::new(Vec::new()), kind).unwrap().into_inner();
+        let reader = las::Reader::new(Cursor::new(bytes)).unwrap();
+        let known = reader.header().get_geotiff_crs().unwrap().unwrap();
+        let ids: Vec<u16> = known.entries.iter().map(|entry| entry.id).collect();
+        assert_eq!(ids, [1024, 3072]);
+    }
 }
 
 #[test]

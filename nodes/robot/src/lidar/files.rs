@@ -172,7 +172,7 @@ pub(crate) fn write_las(
     };
     let temporary = part_of(path);
     let file = File::create(&temporary).map_err(|error| cannot_write(path, &error))?;
-    let kind = LasKind { has_colour: true, is_compressed: false };
+    let kind = LasKind { has_colour: true, is_compressed: false, epsg: None };
     let mut las = LasFile::new(BufWriter::new(file), extent.low_m, kind).map_err(failed)?;
     let [dark, bright] = extent.intensities;
     for_each(map, |point| {
