@@ -11,6 +11,7 @@ mod changes;
 mod config;
 mod correction;
 mod distance;
+mod forget;
 mod from_points;
 mod in_view;
 mod mesh;
@@ -332,7 +333,7 @@ impl Surface {
         &self.changed
     }
 
-    /// The blocks that the latest image cleared.
+    /// The blocks that the latest image cleared, or that [`Surface::forget_around`] did since.
     #[must_use]
     pub fn removed(&self) -> &[BlockKey] {
         &self.removed

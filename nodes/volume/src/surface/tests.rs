@@ -1,6 +1,7 @@
 mod accuracy;
 mod bounds;
 mod colours;
+mod forget;
 mod plain;
 mod rules;
 mod spilling;
