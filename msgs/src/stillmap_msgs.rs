@@ -141,6 +141,9 @@ pub struct SegmentedCloud {
     /// Of each ray: 1 if it ends at something that moves, or may; 2 if the next ray is that of the next beam.
     #[serde(with = "serde_bytes")]
     pub scan_ray_flags: Vec<u8>,
+    /// Points of earlier clouds, in the map frame, that were static then and are known by now to be of an object that has gone from
+    /// there: x, y and z of each, in metres. The map is to forget what it has within a voxel of them.
+    pub retracted: Vec<f32>,
 }
 ros_message!(SegmentedCloud, "stillmap_msgs");
 

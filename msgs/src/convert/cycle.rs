@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use geometry::{
     Cloud, CycleSetup, DetectedCycle, Method, MovingBeam, RigMounts, ScanRay, SegmentedCycle,
+    is_finite,
 };
+use nalgebra::Point3;
 
 use super::depth_frame::{
     bits_from_mask, depth_frame_from_messages, masked_depth_from_messages,
@@ -147,7 +149,14 @@ pub fn segmented_cycle_from_message(
         dynamic_cloud: cloud_from_message(&message.dynamic_cloud)?,
         map_from_rig: isometry_from_pose(&message.map_from_rig)?,
         scan_rays: scan_rays_from_numbers(&message.scan_rays, &message.scan_ray_flags)?,
+        retracted_m: points_from_numbers(&message.retracted),
     })
+}
+
+/// Points of three numbers each. What is left over, and points that are none, say nothing.
+fn points_from_numbers(numbers: &[f32]) -> Vec<Point3<f32>> {
+    let points = numbers.as_chunks().0.iter().map(|point: &[f32; 3]| Point3::from(*point));
+    points.filter(is_finite).collect()
 }
 
 /// The message of the two parts of a cycle's cloud.
@@ -169,6 +178,11 @@ pub fn message_from_segmented_cycle(cycle: &SegmentedCycle) -> SegmentedCloud {
             .unwrap_or_default(),
         scan_rays: numbers_from_scan_rays(&cycle.scan_rays),
         scan_ray_flags: flags_from_scan_rays(&cycle.scan_rays),
+        retracted: cycle
+            .retracted_m
+            .iter()
+            .flat_map(|point_m| <[f32; 3]>::from(*point_m))
+            .collect(),
     }
 }
 
@@ -316,6 +330,7 @@ mod tests {
             map_from_rig: cycle.map_from_rig,
             depth: None,
             scan_rays: cycle.scan_rays,
+            retracted_m: vec![Point3::new(1.5, -2.0, 0.25)],
         };
         let bytes = cdr::encode(&message_from_segmented_cycle(&segmented)).unwrap();
         let mut message: SegmentedCloud = cdr::decode(&bytes).unwrap();

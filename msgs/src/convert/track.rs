@@ -101,6 +101,7 @@ mod tests {
             dynamic_cloud: cloud,
             map_from_rig: Isometry3::identity(),
             setup: geometry::CycleSetup::default(),
+            retracted_m: Vec::new(),
         };
         let message = message_from_tracks(&cycle, &[track()]);
         let decoded: Tracks = cdr::decode(&cdr::encode(&message).unwrap()).unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
@@ -87,6 +87,9 @@ pub struct SegmentedCycle {
     pub depth: Option<MaskedDepth>,
     /// The rays of the scan, as [`DetectedCycle::scan_rays`].
     pub scan_rays: Arc<Vec<ScanRay>>,
+    /// Points that were static in earlier cycles, in the map frame, and are known by now to be of an object that has gone from there:
+    /// the map is to forget what it has within a voxel of them.
+    pub retracted_m: Vec<Point3<f32>>,
 }
 
 /// Points of each stage of the segmentation, for Table 5 of the thesis.

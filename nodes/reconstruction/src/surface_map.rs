@@ -145,6 +145,10 @@ impl SurfaceMap {
             |key| spill.is_none_or(|spill| !spill.tiles.is_in_store(spill.tile_of(key)));
         let update = self.surface.integrate_where(&self.view, &Serial, &may_be_new);
         let added = self.add_refused();
+        let in_map = missed.unwrap_or_default().cast::<f32>();
+        let retracted_m: Vec<Point3<f32>> =
+            cycle.retracted_m.iter().map(|point_m| in_map * point_m).collect();
+        let retracted = self.surface.forget_around(&retracted_m, cycle.setup.voxel_edge_m);
         self.note_changed();
         if let Some(follower) = &mut self.follower {
             follower.follow(&self.surface);
@@ -159,7 +163,7 @@ impl SurfaceMap {
             refused_points: update.refused_blocks - added,
             new_voxels: update.new_blocks + added,
             changed_voxels: self.surface.changed().len(),
-            cleared_voxels: update.cleared_blocks,
+            cleared_voxels: update.cleared_blocks + retracted,
             dropped_voxels,
             ..Addition::default()
         })

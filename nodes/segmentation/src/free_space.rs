@@ -15,6 +15,7 @@ use volume::{
 };
 
 use crate::continuous::in_map;
+use crate::earlier_cycles::{EarlierCycles, StaticPoint};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
@@ -52,6 +53,7 @@ pub struct FreeSpaceSegmenter {
     tracker: Tracker,
     view: View,
     recent_views: RecentViews,
+    earlier_cycles: EarlierCycles,
     floor: Option<Floor>,
     /// Where objects had points a cycle ago, in the map.
     last_object_voxels: HashSet<VoxelKey>,
@@ -77,6 +79,7 @@ impl FreeSpaceSegmenter {
             tracker: Tracker::new(config),
             view: View::default(),
             recent_views: RecentViews::new(grid.edge_m()),
+            earlier_cycles: EarlierCycles::default(),
             floor: None,
             last_object_voxels: HashSet::new(),
             last: None,
@@ -166,8 +169,38 @@ impl FreeSpaceSegmenter {
         for &point in &settled {
             self.occupancy.take_for_occupied(&points_in_map[point], long_ago);
         }
+        let retracted_m =
+            self.retract(cycle, (points_in_map, &voxels), &classes, (&groups, &is_dynamic));
         observe(Step::Evidence);
-        Judged { is_dynamic, tracks, in_zone: seeds.in_zone }
+        Judged { is_dynamic, tracks, in_zone: seeds.in_zone, retracted_m }
+    }
+
+    /// What an object that was found in this cycle left in earlier ones, in the map; see [`crate::earlier_cycles`].
+    fn retract(
+        &mut self,
+        cycle: &DetectedCycle,
+        (points_in_map, voxels): (&[Point3<f64>], &[VoxelKey]),
+        classes: &[PointClass],
+        (groups, is_dynamic): (&[MovingGroup], &[bool]),
+    ) -> Vec<Point3<f32>> {
+        let of_groups = groups.iter().map(|group| group.points.iter().map(|&point| voxels[point]));
+        let retracted = match self.recent_views.latest() {
+            Some(view) => self.earlier_cycles.of_objects(of_groups, view, self.grid.edge_m()),
+            None => Vec::new(),
+        };
+        for point in &retracted {
+            self.occupancy.forget(point);
+        }
+        let of_static = (0..classes.len())
+            .filter(|&point| !is_dynamic[point] && classes[point] == PointClass::Unknown)
+            .map(|point| StaticPoint {
+                voxel: voxels[point],
+                in_map_m: points_in_map[point].cast(),
+            });
+        let of_groups = groups.iter().flat_map(|group| group.points.iter());
+        self.earlier_cycles.remember(of_static, of_groups.map(|&point| voxels[point]));
+        let map_from_continuous = cycle.map_from_continuous.unwrap_or_default();
+        retracted.iter().map(|point| (map_from_continuous * point).cast()).collect()
     }
 
     fn begin(&mut self, stamp: Stamp, cycle: &DetectedCycle) {
@@ -182,6 +215,7 @@ impl FreeSpaceSegmenter {
             (self.view, self.floor) = (View::default(), None);
             self.last_object_voxels.clear();
             self.recent_views.clear();
+            self.earlier_cycles.clear();
         }
         self.last = Some(stamp);
         self.occupancy.begin_cycle(stamp);

@@ -17,6 +17,7 @@
 //! | [`floor`] | the lowest horizontal plane |
 //! | [`seeds`] | where objects are known to be: by zones, by tracks, by what is in observed free space |
 //! | [`growth`] | the objects grown from the seeds through the cloud |
+//! | [`earlier_cycles`] | what an object left in the cycles before it was found |
 //! | [`tracking`] | the objects followed over the cycles |
 //! | `continuous` | all of them in a frame that does not jump when the map is corrected |
 //! | [`free_space`] | all of them in turn |
@@ -52,6 +53,7 @@ pub mod angular;
 pub mod config;
 mod continuous;
 pub mod depth_clustering;
+pub mod earlier_cycles;
 pub mod filter;
 pub mod floor;
 pub mod free_space;

@@ -10,7 +10,7 @@
 //! is cleared when the camera has seen nothing there for long enough since.
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::collections::VecDeque;
 
@@ -78,6 +78,12 @@ impl RecentViews {
         // Most places were hit a cycle ago.
         since.clone().count() >= MIN_GONE
             && since.filter(shows_gone).take(MIN_GONE).count() == MIN_GONE
+    }
+
+    /// The last one.
+    #[must_use]
+    pub fn latest(&self) -> Option<&TiledView> {
+        self.views.back()
     }
 
     /// Remembers the image of a cycle.

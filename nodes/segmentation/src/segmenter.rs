@@ -7,6 +7,7 @@ use geometry::{
     SegmentationCounts, SegmentedCycle, Track, UnusablePose, check_pose,
 };
 
+use nalgebra::Point3;
 use volume::{OccupancyConfigError, ViewError};
 
 use crate::config::SegmentationConfig;
@@ -109,6 +110,8 @@ pub struct Judged {
     pub tracks: Vec<Track>,
     /// Points within a zone.
     pub in_zone: usize,
+    /// As [`SegmentedCycle::retracted_m`].
+    pub retracted_m: Vec<Point3<f32>>,
 }
 
 /// Cuts the moving objects out of each cycle's cloud (Rec-HV 3.3.3).
@@ -176,7 +179,7 @@ impl Segmenter {
         mut observe: impl FnMut(Step),
     ) -> Result<Segmented, SegmentationError> {
         check(cycle)?;
-        let Judged { is_dynamic, tracks, in_zone } = match &mut self.implementation {
+        let Judged { is_dynamic, tracks, in_zone, retracted_m } = match &mut self.implementation {
             Implementation::RecHv(two_stages) => two_stages.step(cycle, &mut observe),
             Implementation::FreeSpace(free_space) => free_space.step(cycle, &mut observe),
         };
@@ -211,6 +214,7 @@ impl Segmenter {
             map_from_rig: cycle.map_from_rig,
             depth,
             scan_rays: Arc::clone(&cycle.scan_rays),
+            retracted_m,
         };
         Ok(Segmented { cycle, tracks, counts })
     }

@@ -45,6 +45,7 @@ impl TwoStages {
             is_dynamic: parts.iter().map(|part| *part == Part::Dynamic).collect(),
             tracks: Vec::new(),
             in_zone: parts.iter().filter(|part| **part >= Part::InZone).count(),
+            retracted_m: Vec::new(),
         }
     }
 

@@ -98,6 +98,7 @@ fn cloud(stamp: Stamp, point_m: [f32; 3]) -> SegmentedCloud {
     convert::message_from_segmented_cycle(&SegmentedCycle {
         depth: None,
         scan_rays: std::sync::Arc::default(),
+        retracted_m: Vec::new(),
         index: 0,
         static_cloud: cloud("map", vec![Point3::from(point_m)]),
         dynamic_cloud: cloud("rig", Vec::new()),

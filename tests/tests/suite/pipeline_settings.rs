@@ -94,6 +94,7 @@ async fn nodes_with_other_edges_methods_or_rigs_refuse_the_cycle_with_both_value
                         &geometry::SegmentedCycle {
                             depth: None,
                             scan_rays: std::sync::Arc::default(),
+                            retracted_m: Vec::new(),
                             index: cycle.index,
                             setup: cycle.setup,
                             static_cloud: cycle.reduced_cloud.clone(),

@@ -84,6 +84,7 @@ fn cloud(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> SegmentedCloud
         map_from_rig: Isometry3::identity(),
         depth: None,
         scan_rays: std::sync::Arc::default(),
+        retracted_m: Vec::new(),
         setup: pipeline().setup(),
     })
 }

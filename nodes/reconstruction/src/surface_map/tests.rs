@@ -2,6 +2,7 @@ mod colours;
 mod distance;
 mod loading;
 mod mesh;
+mod retracted;
 mod rules;
 pub(crate) mod scene;
 mod spilling;

@@ -10,7 +10,8 @@ use estimation::Random;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use self::room::{
-    CYCLE_S, Solid, frame_of_squares, furnished, look, person, rig_at, robot, table_in_front,
+    CAMERA_M, CYCLE_S, Solid, frame_of_squares, furnished, look, person, rig_at, robot,
+    table_in_front,
 };
 use self::score::{Run, Score};
 use super::*;
@@ -243,6 +244,48 @@ fn an_object_in_view_from_the_first_cycle_is_cut_out_and_what_it_uncovers_is_non
     assert!(score.recall() >= 0.98 && score.precision() >= 0.97, "{score:?}");
     // From 3 s on it is out of view.
     assert!(score.cut_of_cycle[22..].iter().all(|cut| *cut == 0), "{score:?}");
+}
+
+/// A camera that follows someone loses his first places from its image before it has seen through them.
+#[test]
+fn what_a_person_ahead_was_before_he_was_found_is_retracted() {
+    const FOUND_IN: u32 = 6;
+    let mut segmenter = Segmenter::new(config()).unwrap();
+    let mut random = Random::new(5);
+    let (mut of_person, mut retracted) = (Vec::new(), Vec::new());
+    for index in 0..24 {
+        let ahead_m = 0.55 * f64::from(index) * CYCLE_S;
+        let mut solids = furnished();
+        solids.extend(person(1, 1.4 + ahead_m, 0.0, ahead_m));
+        let rig = rig_at(ahead_m, 0.0, 0.0);
+        let map_from_rig = rig_at(0.0, 0.0, 0.0).inverse() * rig;
+        let mut view = look(&solids, index, &rig, map_from_rig, &mut random);
+        if index < FOUND_IN {
+            view.cycle.zones.clear();
+        }
+        let segmented = segmenter.step(&view.cycle, |_| ()).unwrap();
+        retracted.extend(segmented.cycle.retracted_m);
+        let moving = segmented.cycle.dynamic_cloud.points_m;
+        for (point, id) in view.cycle.reduced_cloud.points_m.iter().zip(&view.ids) {
+            // A foot's lowest voxel is the floor's.
+            let is_upright = point.z > 0.1 - CAMERA_M as f32;
+            if *id == 1 && is_upright && index < FOUND_IN && !moving.contains(point) {
+                of_person.push(map_from_rig.cast::<f32>() * point);
+            }
+        }
+    }
+    let near = |all: &[Point3<f32>], point: &Point3<f32>| {
+        all.iter().any(|other| nalgebra::distance(other, point) <= 0.1)
+    };
+    let taken = of_person.iter().filter(|point| near(&retracted, point)).count();
+    let right = retracted.iter().filter(|point| near(&of_person, point)).count();
+    println!(
+        "{taken} of {} were retracted, {right} of {} were his",
+        of_person.len(),
+        retracted.len()
+    );
+    assert!(of_person.len() > 400 && taken as f64 >= 0.95 * of_person.len() as f64);
+    assert!(right as f64 >= 0.95 * retracted.len() as f64);
 }
 
 #[test]

@@ -15,7 +15,11 @@ const FOCAL_PX: f64 = 240.0;
 type Things = Vec<Point3<f64>>;
 
 /// The image of a camera that sees nothing else.
-fn view_of(things: &[Point3<f64>], map_from_rig: &Isometry3<f64>, stamp_s: f64) -> DepthView {
+pub(crate) fn view_of(
+    things: &[Point3<f64>],
+    map_from_rig: &Isometry3<f64>,
+    stamp_s: f64,
+) -> DepthView {
     let camera = CameraModel {
         width_px: WIDTH_PX,
         height_px: HEIGHT_PX,

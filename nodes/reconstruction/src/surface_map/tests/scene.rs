@@ -185,5 +185,6 @@ pub(crate) fn sized_cycle(
         map_from_rig: *rig,
         depth: Some(MaskedDepth { frame, is_moving }),
         scan_rays: std::sync::Arc::default(),
+        retracted_m: Vec::new(),
     }
 }

@@ -1,0 +1,163 @@
+//! What an object left in the cycles before it was found.
+//!
+//! Who is in view from the first image on is in no observed free space, and is found when he has gone some steps: until then he is part
+//! of the static scene. Where the camera still sees his places, what is seen behind them clears them. A camera that comes nearer
+//! loses them from its image before that. So a new object is followed backwards: what was at its place a cycle ago and is not known to
+//! be background is the object, and so on to the first cycle. What it left in places that are out of view, or through which the camera
+//! sees, is retracted as soon as that is so: the map forgets it.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::{HashSet, VecDeque};
+
+use geometry::{BuildVoxelHasher, VoxelKey};
+use nalgebra::{Point2, Point3};
+use volume::{Sight, TiledView};
+
+use crate::growth::{Candidates, PointClass};
+
+/// Cycles that are remembered: some two seconds of the RPLIDAR A1. What has stood longer is background.
+const CYCLES: usize = 16;
+/// An object has moved by so many voxels in a cycle at most that its places still overlap: a body is some four wide, and one who runs
+/// before a scanner of 7 Hz moves by five.
+const STEPS_A_CYCLE: i32 = 2;
+
+type Voxels = HashSet<VoxelKey, BuildVoxelHasher>;
+
+/// A point that was static when it was seen, of a place that was not known to be background.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct StaticPoint {
+    /// Its voxel.
+    pub voxel: VoxelKey,
+    /// Where it is.
+    pub in_map_m: Point3<f32>,
+}
+
+/// The static points of the last cycles.
+#[derive(Clone, Debug, Default)]
+pub struct EarlierCycles {
+    cycles: VecDeque<Vec<StaticPoint>>,
+    /// What objects were taken from them, as long as something returns from there.
+    of_found: Vec<PointOfFound>,
+    /// The voxels of the last cycle's objects.
+    objects_last: Voxels,
+}
+
+/// A point of an earlier cycle that is an object's by now.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct PointOfFound {
+    in_map_m: Point3<f64>,
+    /// For so many cycles.
+    cycles: usize,
+}
+
+impl EarlierCycles {
+    /// Forgets them.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Remembers a cycle: its static points of places that were not known, and the voxels of its objects.
+    pub fn remember(
+        &mut self,
+        of_static: impl Iterator<Item = StaticPoint>,
+        of_objects: impl Iterator<Item = VoxelKey>,
+    ) {
+        if self.cycles.len() == CYCLES {
+            self.cycles.pop_front();
+        }
+        self.cycles.push_back(of_static.collect());
+        self.objects_last = of_objects.collect();
+    }
+
+    /// What objects left in cycles before they were found, and is not there any more by the image of this cycle. Each object is given by
+    /// its voxels in this cycle; one that moved in the last cycle, too, is known already. What is returned is forgotten here.
+    pub fn of_objects(
+        &mut self,
+        objects: impl Iterator<Item: Iterator<Item = VoxelKey>>,
+        view: &TiledView,
+        voxel_edge_m: f64,
+    ) -> Vec<Point3<f64>> {
+        for voxels in objects {
+            let voxels: Vec<VoxelKey> = voxels.collect();
+            let mut around = voxels.iter().flat_map(|voxel| voxel.within(STEPS_A_CYCLE));
+            if around.any(|voxel| self.objects_last.contains(&voxel)) {
+                continue;
+            }
+            let mut object = Object::of(&voxels, voxel_edge_m);
+            for cycle in self.cycles.iter_mut().rev() {
+                let Some(of_it) = object.step_back(cycle, voxel_edge_m) else { break };
+                for index in of_it.into_iter().rev() {
+                    let in_map_m = cycle.swap_remove(index).in_map_m.cast();
+                    self.of_found.push(PointOfFound { in_map_m, cycles: 0 });
+                }
+            }
+        }
+        let is_gone = |point: &mut PointOfFound| {
+            let sight = view.sight(&point.in_map_m, voxel_edge_m);
+            matches!(sight, Sight::OutOfView | Sight::ReturnsBehind)
+        };
+        let gone = self.of_found.extract_if(.., is_gone).map(|point| point.in_map_m).collect();
+        self.of_found.iter_mut().for_each(|point| point.cycles += 1);
+        self.of_found.retain(|point| point.cycles < CYCLES);
+        gone
+    }
+}
+
+/// An object on its way back.
+struct Object {
+    /// The voxels that it may have had a cycle before.
+    around: Voxels,
+    middle_m: Point2<f64>,
+    /// From its middle to what belongs to it, at most: as when it was found.
+    reach_m: f64,
+}
+
+impl Object {
+    fn of(voxels: &[VoxelKey], voxel_edge_m: f64) -> Self {
+        let place_m = |voxel: &VoxelKey| {
+            Point2::new(voxel.x, voxel.y).map(|cell| (f64::from(cell) + 0.5) * voxel_edge_m)
+        };
+        let middle_m = middle_of(voxels.iter().map(place_m));
+        let farthest_m =
+            voxels.iter().map(|voxel| (place_m(voxel) - middle_m).norm()).fold(0.0, f64::max);
+        Self { around: widened(voxels.iter()), middle_m, reach_m: farthest_m + voxel_edge_m }
+    }
+
+    /// Goes back by a cycle. Returns the indices of its points there, ascending: those at its place, and what is connected to them and
+    /// no farther from their middle than it is wide; `None` where there are none.
+    fn step_back(&mut self, cycle: &[StaticPoint], voxel_edge_m: f64) -> Option<Vec<usize>> {
+        let place_m = |index: usize| cycle[index].in_map_m.xy().cast::<f64>();
+        let step_m = f64::from(STEPS_A_CYCLE) * voxel_edge_m;
+        let is_at_place = |index: &usize| {
+            self.around.contains(&cycle[*index].voxel)
+                && (place_m(*index) - self.middle_m).norm() <= self.reach_m + step_m
+        };
+        let seeds: Vec<usize> = (0..cycle.len()).filter(is_at_place).collect();
+        self.middle_m = middle_of(seeds.iter().map(|&seed| place_m(seed)));
+        let is_of_it = |index: usize| (place_m(index) - self.middle_m).norm() <= self.reach_m;
+        let seeds: Vec<usize> = seeds.into_iter().filter(|&seed| is_of_it(seed)).collect();
+        let voxels: Vec<VoxelKey> = cycle.iter().map(|point| point.voxel).collect();
+        let classes = vec![PointClass::Unknown; cycle.len()];
+        let groups = Candidates::new(&classes, &voxels).grown_from(&seeds, is_of_it);
+        let mut points: Vec<usize> = groups.into_iter().flatten().collect();
+        points.sort_unstable();
+        self.around = widened(points.iter().map(|&point| &voxels[point]));
+        (!points.is_empty()).then_some(points)
+    }
+}
+
+/// The mean; of no points the origin.
+fn middle_of(points_m: impl Iterator<Item = Point2<f64>>) -> Point2<f64> {
+    let sum = |(sum, count): (Point2<f64>, f64), point_m: Point2<f64>| {
+        (sum + point_m.coords, count + 1.0)
+    };
+    let (sum, count) = points_m.fold((Point2::origin(), 0.0), sum);
+    sum / count.max(1.0)
+}
+
+/// The voxels that something may have had a cycle before.
+fn widened<'a>(voxels: impl Iterator<Item = &'a VoxelKey>) -> Voxels {
+    voxels.flat_map(|voxel| voxel.within(STEPS_A_CYCLE)).collect()
+}

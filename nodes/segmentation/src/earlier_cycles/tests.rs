@@ -1,0 +1,109 @@
+use geometry::VoxelGrid;
+use nalgebra::Isometry3;
+
+use super::*;
+use crate::recent_views::tests::view_of;
+
+const EDGE_M: f64 = 0.08;
+
+/// A column of 0.3 by 0.3 by 0.8 m, a point in each voxel.
+fn column(x_m: f64, y_m: f64) -> Vec<StaticPoint> {
+    let grid = VoxelGrid::new(EDGE_M).unwrap();
+    let along = |from_m: f64, count: u32| (0..count).map(move |i| from_m + EDGE_M * f64::from(i));
+    let points = along(x_m - 0.12, 4)
+        .flat_map(|x| along(y_m - 0.12, 4).map(move |y| (x, y)))
+        .flat_map(|(x, y)| along(-0.4, 10).map(move |z| Point3::new(x, y, z).cast::<f32>()));
+    points.map(|in_map_m| StaticPoint { voxel: grid.key(&in_map_m), in_map_m }).collect()
+}
+
+fn voxels(points: &[StaticPoint]) -> impl Iterator<Item = VoxelKey> {
+    points.iter().map(|point| point.voxel)
+}
+
+/// A walker went from 1 m on by 8 cm a cycle, and nobody knew.
+fn cycles(count: u32, and: &[StaticPoint]) -> EarlierCycles {
+    let mut cycles = EarlierCycles::default();
+    for index in 0..count {
+        let all = column(place_m(index), 0.0).into_iter().chain(and.iter().copied());
+        cycles.remember(all, std::iter::empty());
+    }
+    cycles
+}
+
+fn place_m(cycle: u32) -> f64 {
+    1.0 + 0.08 * f64::from(cycle)
+}
+
+/// Far behind all.
+fn wall() -> Vec<Point3<f64>> {
+    let along = || (-30..30).map(|step| 0.078 * f64::from(step));
+    along().flat_map(|y_m| along().map(move |z_m| Point3::new(3.9, y_m, z_m))).collect()
+}
+
+/// A camera that looks along x from there, and sees the wall.
+fn sees_from(x_m: f64) -> TiledView {
+    TiledView::of(&view_of(&wall(), &Isometry3::translation(x_m, 0.0, 0.0), 1.0))
+}
+
+fn retracted(cycles: &mut EarlierCycles, found_m: f64, view: &TiledView) -> Vec<Point3<f64>> {
+    let object = column(found_m, 0.0);
+    cycles.of_objects(std::iter::once(voxels(&object)), view, EDGE_M)
+}
+
+#[test]
+fn what_a_walker_left_behind_the_camera_is_retracted_when_he_is_found() {
+    let mut cycles = cycles(6, &[]);
+    // The camera stands where he was at first.
+    let left = retracted(&mut cycles, place_m(6), &sees_from(1.5));
+    let of_all: Vec<_> = (0..6).flat_map(|index| column(place_m(index), 0.0)).collect();
+    let behind = of_all.iter().filter(|point| point.in_map_m.x < 1.5).count();
+    assert!(left.len() >= behind && behind > 500, "{} of {behind}", left.len());
+    // Once.
+    assert_eq!(retracted(&mut cycles, place_m(6), &sees_from(1.5)), []);
+}
+
+#[test]
+fn what_is_seen_where_it_was_stays() {
+    let mut cycles = cycles(6, &[]);
+    let of_him = (0..7).flat_map(|index| column(place_m(index), 0.0));
+    let things: Vec<Point3<f64>> =
+        of_him.map(|point| point.in_map_m.cast()).chain(wall()).collect();
+    let view = view_of(&things, &Isometry3::identity(), 1.0);
+    let left = retracted(&mut cycles, place_m(6), &TiledView::of(&view));
+    assert_eq!(left, []);
+}
+
+#[test]
+fn an_object_that_moved_a_cycle_ago_left_nothing() {
+    let mut cycles = cycles(6, &[]);
+    let there = column(place_m(6), 0.0);
+    cycles.remember(std::iter::empty(), voxels(&there));
+    assert_eq!(retracted(&mut cycles, place_m(7), &sees_from(1.5)), []);
+}
+
+#[test]
+fn what_stands_beside_farther_than_a_body_reaches_stays() {
+    // A wall of columns from 0.2 m beside him on, which touches him.
+    let wall: Vec<_> = (0..8).flat_map(|i| column(1.2, 0.3 + 0.3 * f64::from(i))).collect();
+    let mut cycles = cycles(6, &wall);
+    let left = retracted(&mut cycles, place_m(6), &sees_from(1.9));
+    assert!(
+        left.iter().all(|point| point.y <= 0.85),
+        "{:?}",
+        left.iter().map(|p| p.y).fold(0.0, f64::max)
+    );
+    // Of another object far away nothing was seen.
+    let elsewhere = column(3.0, 1.5);
+    let none = cycles.of_objects(std::iter::once(voxels(&elsewhere)), &sees_from(1.9), EDGE_M);
+    assert_eq!(none, []);
+}
+
+#[test]
+fn what_is_longer_ago_is_forgotten() {
+    let mut cycles = cycles(3, &[]);
+    for _ in 0..CYCLES {
+        cycles.remember(std::iter::empty(), std::iter::empty());
+    }
+    assert_eq!(retracted(&mut cycles, place_m(1), &sees_from(1.9)), []);
+    assert_eq!(cycles.cycles.len(), CYCLES);
+}
