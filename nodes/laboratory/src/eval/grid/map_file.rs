@@ -75,3 +75,6 @@ fn pgm(bytes: &[u8]) -> Option<(usize, usize, &[u8])> {
     let is_whole = width > 0 && width.checked_mul(height) == Some(shades.len());
     (kind == "P5" && most == "255" && is_whole).then_some((width, height, shades))
 }
+
+#[cfg(test)]
+mod tests;

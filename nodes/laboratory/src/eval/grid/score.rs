@@ -172,3 +172,6 @@ impl Sight {
             .collect()
     }
 }
+
+#[cfg(test)]
+mod tests;
