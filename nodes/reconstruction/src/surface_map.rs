@@ -9,6 +9,7 @@
 mod changes;
 mod correction;
 mod distance;
+mod followers;
 pub(crate) mod loading;
 mod mesh;
 pub(crate) mod normals;
@@ -21,8 +22,8 @@ use estimation::executor::Serial;
 use geometry::{Cloud, MapView, MapViews, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
-    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, DistanceField,
-    MeshFollower, PlaneOccupancy, Surface, SurfaceConfig,
+    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, PlaneOccupancy,
+    Surface, SurfaceConfig,
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
@@ -30,6 +31,7 @@ use crate::correction::Corrections;
 use crate::grid::{GridError, GridObservations, GridPoints};
 use crate::tiles::{TileFrame, TileStore};
 use crate::{Addition, CorrectionCounts, MapError, WholeMap};
+use followers::Followers;
 use spill::Spill;
 
 /// Where old blocks make room, this share of all goes at a time: finding the oldest costs by all of them.
@@ -41,6 +43,7 @@ const SHARE_DROPPED: usize = 16;
 /// 2.1 kB a block, of which there are `max_map_blocks` at most, and 1.5 kB more of one that has colours; what one image needs
 /// besides, and is kept, is bounded by the image. While changes are followed, some 600 bytes more a block, and while
 /// the mesh is, some 500. While distances are asked for, some 900 bytes more a block, and up to 60 MB of them.
+/// The places that the map was seen from take up to 4 MB.
 ///
 /// With [`AtMaxVoxels::Spill`] `max_map_blocks` bounds what is in memory. Besides grow, with the way that was driven and no other
 /// bound, the 30 to 60 bytes of each tile that is out of memory, and while the mesh is followed some 50 of each block there that
@@ -52,17 +55,12 @@ pub struct SurfaceMap {
     drops_oldest: bool,
     /// Present where tiles are spilled.
     spill: Option<Spill>,
-    /// Present while somebody follows the changes.
-    follower: Option<ChangeFollower>,
+    followers: Followers,
     /// Followed anew, for listeners that need the whole map.
     is_followed_anew: bool,
-    /// Present while somebody follows the mesh.
-    mesh_follower: Option<MeshFollower>,
     /// What listeners have of the mesh is of another map.
     is_mesh_anew: bool,
     distance_config: DistanceConfig,
-    /// Present since somebody asked for distances.
-    distances: Option<DistanceField>,
     frame_id: Option<String>,
     stamp: Stamp,
     corrections: Corrections,
@@ -87,12 +85,10 @@ impl SurfaceMap {
             view: DepthView::new(DepthRange::default(), DepthNoise::default())?,
             drops_oldest: at_max_voxels == AtMaxVoxels::DropOldest,
             spill: tiles.map(|(frame, store)| Spill::new(frame, store)),
-            follower: None,
+            followers: Followers::default(),
             is_followed_anew: false,
-            mesh_follower: None,
             is_mesh_anew: false,
             distance_config: DistanceConfig::default(),
-            distances: None,
             frame_id: None,
             stamp: Stamp::default(),
             corrections: Corrections::default(),
@@ -150,15 +146,7 @@ impl SurfaceMap {
             cycle.retracted_m.iter().map(|point_m| in_map * point_m).collect();
         let retracted = self.surface.forget_around(&retracted_m, cycle.setup.voxel_edge_m);
         self.note_changed();
-        if let Some(follower) = &mut self.follower {
-            follower.follow(&self.surface);
-        }
-        if let Some(follower) = &mut self.mesh_follower {
-            follower.follow(&self.surface);
-        }
-        if let Some(distances) = &mut self.distances {
-            distances.follow(&self.surface);
-        }
+        self.followers.follow(&self.surface);
         Ok(Addition {
             refused_points: update.refused_blocks - added,
             new_voxels: update.new_blocks + added,
@@ -179,15 +167,7 @@ impl SurfaceMap {
         let oldest = self.surface.oldest_blocks(room);
         for key in &oldest {
             self.surface.remove_block(*key);
-            if let Some(follower) = &mut self.follower {
-                follower.follow_block(*key);
-            }
-            if let Some(follower) = &mut self.mesh_follower {
-                follower.follow_block(*key);
-            }
-            if let Some(distances) = &mut self.distances {
-                distances.follow_block(*key);
-            }
+            self.followers.follow_block(*key);
         }
         oldest.len()
     }
@@ -203,12 +183,12 @@ impl SurfaceMap {
         if let Some(spill) = &mut self.spill {
             spill.tiles.clear();
         }
-        if let Some(follower) = &mut self.follower {
+        if let Some(follower) = &mut self.followers.changes {
             *follower = ChangeFollower::default();
         }
         self.is_followed_anew = false;
         self.follow_mesh_anew();
-        self.distances = None;
+        self.followers.distances = None;
         self.frame_id = None;
         self.stamp = Stamp::default();
         self.corrections.clear();
@@ -293,12 +273,9 @@ impl SurfaceMap {
     /// About how many bytes the map takes now.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let follower = self.follower.as_ref().map_or(0, ChangeFollower::memory_bytes)
-            + self.mesh_follower.as_ref().map_or(0, MeshFollower::memory_bytes);
         let spill = self.spill.as_ref().map_or(0, |spill| spill.tiles.memory_bytes());
         let grid = self.grid_plane().map_or(0, PlaneOccupancy::memory_bytes);
-        let distances = self.distances.as_ref().map_or(0, DistanceField::memory_bytes);
         let surface = self.surface.memory_bytes() + self.view.memory_bytes();
-        surface + follower + spill + grid + distances
+        surface + self.followers.memory_bytes() + spill + grid
     }
 }

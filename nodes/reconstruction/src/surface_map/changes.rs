@@ -15,12 +15,12 @@ impl SurfaceMap {
         if let Some(spill) = &mut self.spill {
             spill.tiles.follow();
         }
-        (self.follower, self.is_followed_anew) = (Some(follower), false);
+        (self.followers.changes, self.is_followed_anew) = (Some(follower), false);
     }
 
     /// What listeners know cannot be corrected by changes: follows anew, for listeners that need the whole map.
     pub(super) fn follow_changes_anew(&mut self) {
-        if self.follower.is_some() {
+        if self.followers.changes.is_some() {
             self.follow_changes();
             self.is_followed_anew = true;
         }
@@ -28,7 +28,7 @@ impl SurfaceMap {
 
     /// There are no listeners any more.
     pub fn unfollow_changes(&mut self) {
-        self.follower = None;
+        self.followers.changes = None;
     }
 
     /// The next changes, of no more than so many points, or of one block; see [`crate::StaticMap::take_changes`]. What has gone
@@ -37,12 +37,13 @@ impl SurfaceMap {
         self.begin_round();
         let mut changes = SurfaceChanges::default();
         for _ in 0..self.waiting_changes() {
-            let Some(key) = self.follower.as_ref().and_then(ChangeFollower::next_waiting) else {
+            let Some(key) = self.followers.changes.as_ref().and_then(ChangeFollower::next_waiting)
+            else {
                 break;
             };
             // Its tile may have been spilled since, or the next one.
             let is_here = self.fetch(BlockBox { least: key, most: key.offset(1, 1, 1) });
-            let Some(follower) = &mut self.follower else { break };
+            let Some(follower) = &mut self.followers.changes else { break };
             if !is_here {
                 follower.postpone();
                 continue;
@@ -67,7 +68,7 @@ impl SurfaceMap {
     /// The blocks that wait to be looked at by [`SurfaceMap::take_changes`].
     #[must_use]
     pub fn waiting_changes(&self) -> usize {
-        self.follower.as_ref().map_or(0, ChangeFollower::waiting)
+        self.followers.changes.as_ref().map_or(0, ChangeFollower::waiting)
     }
 }
 

@@ -43,7 +43,7 @@ impl SurfaceMap {
         self.views.correct(now_from_before);
         self.follow_changes_anew();
         self.follow_mesh_anew();
-        self.distances = None;
+        self.followers.distances = None;
         let shift_m = self.corrections.done(asked);
         let merged_voxels = before.saturating_sub(self.len());
         Ok(MapCorrection { moved_voxels, merged_voxels, shift_m })
@@ -68,7 +68,7 @@ impl SurfaceMap {
         self.spill_all()?;
         let Some(old) = self.spill.take() else { return Ok(0) };
         // What listeners know is of the old tiles.
-        let follower = self.follower.take();
+        let follower = self.followers.changes.take();
         let (outcome, old) = match old.another() {
             Ok(another) => {
                 self.spill = Some(another);
@@ -82,7 +82,7 @@ impl SurfaceMap {
             }
             self.spill.insert(old).tiles.failed(error.clone());
         }
-        self.follower = follower;
+        self.followers.changes = follower;
         self.surface.count_near_nodes();
         outcome
     }

@@ -62,7 +62,7 @@ impl SurfaceMap {
 
     /// Nobody asks for distances any more: what was computed goes, and changes are no longer followed.
     pub fn forget_distances(&mut self) {
-        self.distances = None;
+        self.followers.distances = None;
     }
 
     /// The frame of the map, if that is the one of the request.
@@ -77,11 +77,11 @@ impl SurfaceMap {
     }
 
     fn distance_field(&mut self) -> Result<&mut DistanceField, DistanceError> {
-        let field = match self.distances.take() {
+        let field = match self.followers.distances.take() {
             Some(field) => field,
             None => DistanceField::of(&self.surface, self.distance_config)?,
         };
-        Ok(self.distances.insert(field))
+        Ok(self.followers.distances.insert(field))
     }
 
     fn distances_at(
@@ -90,13 +90,15 @@ impl SurfaceMap {
     ) -> Result<Vec<DistanceAt>, DistanceError> {
         self.begin_round();
         self.distance_field()?;
-        if let Some(field) = &mut self.distances {
+        if let Some(field) = &mut self.followers.distances {
             field.update(&self.surface);
         }
         let mut at = Vec::new();
         for place_m in places_m {
             self.fetch_for(&place_m)?;
-            at.extend(self.distances.as_mut().map(|field| field.at(&self.surface, &place_m)));
+            at.extend(
+                self.followers.distances.as_mut().map(|field| field.at(&self.surface, &place_m)),
+            );
         }
         Ok(at)
     }
@@ -106,7 +108,7 @@ impl SurfaceMap {
         if self.spill.is_none() {
             return Ok(());
         }
-        let needed = self.distances.as_ref().and_then(|field| field.needed_for(place_m));
+        let needed = self.followers.distances.as_ref().and_then(|field| field.needed_for(place_m));
         let own = self.surface.block_of(place_m);
         if self.fetch(needed.unwrap_or(BlockBox { least: own, most: own })) {
             return Ok(());

@@ -34,17 +34,17 @@ impl SurfaceMap {
     /// A listener to the mesh that knows nothing is there: it is told of all blocks in memory, and of those that others were told
     /// of, and then of what changes.
     pub fn follow_mesh(&mut self) {
-        self.mesh_follower.get_or_insert_default().begin_to_show(&self.surface);
+        self.followers.mesh.get_or_insert_default().begin_to_show(&self.surface);
     }
 
     /// There are no listeners to the mesh any more.
     pub fn unfollow_mesh(&mut self) {
-        (self.mesh_follower, self.is_mesh_anew) = (None, false);
+        (self.followers.mesh, self.is_mesh_anew) = (None, false);
     }
 
     /// Another map has taken the place of this one.
     pub(super) fn follow_mesh_anew(&mut self) {
-        if let Some(follower) = &mut self.mesh_follower {
+        if let Some(follower) = &mut self.followers.mesh {
             *follower = MeshFollower::default();
             follower.begin_to_show(&self.surface);
             self.is_mesh_anew = true;
@@ -56,12 +56,12 @@ impl SurfaceMap {
     pub fn take_mesh_changes(&mut self, most_triangles: usize) -> Option<MeshUpdate> {
         self.begin_round();
         let (mut changes, mut taken) = (Vec::new(), 0);
-        for _ in 0..self.mesh_follower.as_ref().map_or(0, MeshFollower::waiting) {
-            let next = self.mesh_follower.as_ref().and_then(MeshFollower::next_waiting);
+        for _ in 0..self.followers.mesh.as_ref().map_or(0, MeshFollower::waiting) {
+            let next = self.followers.mesh.as_ref().and_then(MeshFollower::next_waiting);
             let Some(key) = next else { break };
             // Its tile may have been spilled since, or the next one.
             let is_here = self.fetch(BlockBox { least: key, most: key.offset(1, 1, 1) });
-            let Some(follower) = &mut self.mesh_follower else { break };
+            let Some(follower) = &mut self.followers.mesh else { break };
             if !is_here {
                 follower.postpone();
                 continue;

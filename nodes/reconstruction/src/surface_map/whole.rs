@@ -26,14 +26,14 @@ impl SurfaceMap {
         if let Some(spill) = &mut self.spill {
             spill.tiles.retry_unreadable()?;
         }
-        let mut follower = self.follower.take();
+        let mut follower = self.followers.changes.take();
         follower.as_mut().into_iter().for_each(ChangeFollower::begin_to_show);
         let WholeMap { points_m, colours, unreadable, .. } = self.whole_seen_by(|key, points| {
             if let Some(follower) = &mut follower {
                 follower.show(key, points, self.grid());
             }
         });
-        self.follower = follower;
+        self.followers.changes = follower;
         if let Some(spill) = &mut self.spill
             && spill.tiles.were_read_but(unreadable)?
         {

@@ -75,7 +75,7 @@ impl SurfaceMap {
                 spill.tiles.came_back(tile);
                 let is_known_as_it_is = spill.tiles.is_known_as_it_is(spilled);
                 let blocks = spill.blocks_of(tile);
-                if let Some(distances) = &mut self.distances {
+                if let Some(distances) = &mut self.followers.distances {
                     let keys = self.surface.blocks_in(blocks);
                     keys.into_iter().for_each(|key| distances.follow_block(key));
                 }
@@ -95,15 +95,15 @@ impl SurfaceMap {
 
     /// What listeners know of a tile that has come back.
     fn listeners_know(&mut self, tile: TileKey, known: Vec<Known>, is_known_as_it_is: bool) {
-        let Some(mut follower) = self.follower.take() else { return };
+        let Some(mut follower) = self.followers.changes.take() else { return };
         if !is_known_as_it_is {
             known.iter().for_each(|known| follower.come_back(known.key, &known.bytes));
-            self.follower = Some(follower);
+            self.followers.changes = Some(follower);
             return;
         }
         let has_changed = known.iter().any(|known| follower.is_waiting(known.key));
         self.visit_tiles(&[tile], |key, points| follower.know(key, points, self.grid()));
-        self.follower = Some(follower);
+        self.followers.changes = Some(follower);
         if has_changed {
             // What is beside it changed while it could not be had: what listeners know of it, nobody knows any more.
             self.follow_changes_anew();
@@ -158,7 +158,7 @@ impl SurfaceMap {
             let Some(tile) = spill.tiles.next_to_go() else { return false };
             let keys = self.surface.blocks_in(spill.blocks_of(tile));
             let points = keys.iter().map(|key| self.surface.near_nodes_of(*key)).sum();
-            let bytes = spill.encode(tile, &keys, &self.surface, self.follower.as_ref());
+            let bytes = spill.encode(tile, &keys, &self.surface, self.followers.changes.as_ref());
             if !spill.tiles.write(tile, &bytes, keys.len(), points) {
                 return false;
             }
@@ -169,14 +169,6 @@ impl SurfaceMap {
 
     fn left(&mut self, key: BlockKey) {
         self.surface.remove_block(key);
-        if let Some(follower) = &mut self.follower {
-            follower.left(key);
-        }
-        if let Some(follower) = &mut self.mesh_follower {
-            follower.left(key);
-        }
-        if let Some(distances) = &mut self.distances {
-            distances.left(key);
-        }
+        self.followers.left(key);
     }
 }

@@ -139,7 +139,8 @@ fn listeners_are_told_of_the_same_map_and_of_no_tile_that_is_spilled() {
     assert!(known == expected);
     assert_is_known(&known, &map);
     // What they know is in the files, too.
-    let follower_bytes = |map: &Map| of_depth_images(map).follower.as_ref().unwrap().memory_bytes();
+    let follower_bytes =
+        |map: &Map| of_depth_images(map).followers.changes.as_ref().unwrap().memory_bytes();
     assert!(follower_bytes(&map) < follower_bytes(&twin));
 }
 
