@@ -9,7 +9,7 @@
 //! | [`revolution`] | packets to organised clouds, one a turn; the motion of the vehicle taken out of them |
 //! | [`road_map`] | the 3D map of a drive, coloured by the returns |
 //! | [`selection`] | which points take part: by ray, by the road's intensity, by the ground's shape |
-//! | [`registration`] | the pose of one cloud relative to another: ICP, point to plane, GICP, voxelised GICP |
+//! | `registration` | a crate of its own: the pose of one cloud relative to another: ICP, point to plane, GICP, voxelised GICP |
 //! | [`loop_closing`] | places that are found again, and what the odometry has drifted by since |
 //! | [`odometry`] | each scan onto a map of the last ones, or onto the one before |
 //! | `capture` | the datagrams of a pcap or pcapng file (feature `io`) |
@@ -54,11 +54,12 @@ pub mod odometry;
 pub mod packets;
 pub mod panorama;
 pub mod recorded;
-pub mod registration;
 pub mod revolution;
 pub mod road_map;
 pub mod selection;
 #[cfg(feature = "ros")]
 pub mod shell;
+
+pub use ::registration;
 #[cfg(test)]
-mod testing;
+use ::registration::testing;

@@ -56,8 +56,11 @@ struct Descent {
     iterations: usize,
 }
 
-/// Registers the source to the target, from a guess.
-pub(crate) fn align<S: Surface>(
+/// Registers the source to any surface, from a guess, as [`crate::register`] does to a cloud.
+///
+/// # Errors
+/// As [`crate::register`].
+pub fn align<S: Surface>(
     source: &PreparedCloud,
     target: &S,
     guess: &Isometry3<f64>,

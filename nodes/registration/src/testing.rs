@@ -1,31 +1,37 @@
-//! What the tests of this crate share: chance that a seed decides, and scenes.
+//! What the tests of registrations share, here and in the crates that stand on them: chance that a seed decides, and scenes.
 
 use std::num::NonZeroUsize;
 
-pub(crate) use estimation::Random;
+pub use estimation::Random;
 use estimation::ScopedThreads;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// An executor with this many threads.
-pub(crate) fn threads(count: usize) -> ScopedThreads {
-    ScopedThreads::new(NonZeroUsize::new(count).unwrap())
+#[must_use]
+pub fn threads(count: usize) -> ScopedThreads {
+    ScopedThreads::new(NonZeroUsize::new(count).unwrap_or(NonZeroUsize::MIN))
 }
 
 /// A rectangle of a scene: a corner and two sides.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rectangle {
-    pub(crate) corner_m: Vector3<f64>,
-    pub(crate) sides_m: [Vector3<f64>; 2],
+pub struct Rectangle {
+    /// A corner.
+    pub corner_m: Vector3<f64>,
+    /// From the corner along both sides.
+    pub sides_m: [Vector3<f64>; 2],
 }
 
 impl Rectangle {
-    pub(crate) fn new(corner_m: [f64; 3], first_m: [f64; 3], second_m: [f64; 3]) -> Self {
+    /// From a corner and two sides, in metres.
+    #[must_use]
+    pub fn new(corner_m: [f64; 3], first_m: [f64; 3], second_m: [f64; 3]) -> Self {
         Self { corner_m: corner_m.into(), sides_m: [first_m.into(), second_m.into()] }
     }
 }
 
 /// A street along x: ground, house fronts with recesses, boxes as large as cars.
-pub(crate) fn street(random: &mut Random) -> Vec<Rectangle> {
+#[must_use]
+pub fn street(random: &mut Random) -> Vec<Rectangle> {
     let mut scene = vec![Rectangle::new([-40.0, -9.0, -1.7], [80.0, 0.0, 0.0], [0.0, 18.0, 0.0])];
     for side in [-1.0, 1.0] {
         let mut from = -40.0;
@@ -49,7 +55,8 @@ pub(crate) fn street(random: &mut Random) -> Vec<Rectangle> {
 }
 
 /// Points on a scene, each square metre alike, seen from `scene_from_sensor`, with noise in all directions.
-pub(crate) fn seen(
+#[must_use]
+pub fn seen(
     scene: &[Rectangle],
     scene_from_sensor: &Isometry3<f64>,
     points: usize,
@@ -77,7 +84,8 @@ pub(crate) fn seen(
 }
 
 /// How far two poses are apart: metres and radians.
-pub(crate) fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> (f64, f64) {
+#[must_use]
+pub fn apart(a: &Isometry3<f64>, b: &Isometry3<f64>) -> (f64, f64) {
     let between = a.inv_mul(b);
     (between.translation.vector.norm(), between.rotation.angle())
 }

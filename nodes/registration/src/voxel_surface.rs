@@ -15,7 +15,7 @@ const FACES: [[i32; 3]; 6] = [[-1, 0, 0], [1, 0, 0], [0, -1, 0], [0, 1, 0], [0, 
 
 /// Occupied voxels of space, each with the mean of its points and of their normals. Grows as points come in.
 #[derive(Clone, Debug)]
-pub(crate) struct VoxelSurface {
+pub struct VoxelSurface {
     edge_m: f64,
     voxels: Vec<Voxel>,
     numbers: HashMap<VoxelKey, u32, BuildHasherDefault<CellHasher>>,
@@ -32,34 +32,36 @@ struct Voxel {
 
 impl VoxelSurface {
     /// Empty space cut into cubes of `edge_m`, a positive number.
-    pub(crate) fn new(edge_m: f64) -> Self {
+    #[must_use]
+    pub fn new(edge_m: f64) -> Self {
         Self { edge_m, voxels: Vec::new(), numbers: HashMap::default() }
     }
 
     /// How many voxels are occupied.
-    pub(crate) fn len(&self) -> usize {
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.voxels.len()
     }
 
+    /// Whether no voxel is occupied.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.voxels.is_empty()
+    }
+
     /// The means of the voxels, in the order in which they were occupied.
-    pub(crate) fn places_m(&self) -> impl Iterator<Item = Vector3<f64>> {
+    pub fn places_m(&self) -> impl Iterator<Item = Vector3<f64>> {
         self.voxels.iter().map(|voxel| voxel.mean.place_m)
     }
 
     /// Forgets everything.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.voxels.clear();
         self.numbers.clear();
     }
 
     /// Takes in a point with its normal (or zero). A voxel's mean is over its last `memory` points, as a running mean.
-    pub(crate) fn add(
-        &mut self,
-        place_m: &Vector3<f64>,
-        normal: &Vector3<f64>,
-        memory: u32,
-        now: u64,
-    ) {
+    pub fn add(&mut self, place_m: &Vector3<f64>, normal: &Vector3<f64>, memory: u32, now: u64) {
         let key = self.key(place_m);
         let voxels = &mut self.voxels;
         let number = *self.numbers.entry(key).or_insert_with(|| {
@@ -79,7 +81,7 @@ impl VoxelSurface {
 
     /// Keeps the voxels whose mean lies within `reach_m` of a place and, of these, the `most` that were seen last (of those
     /// seen at once, the nearest).
-    pub(crate) fn keep_near(&mut self, place_m: &Vector3<f64>, reach_m: f64, most: usize) {
+    pub fn keep_near(&mut self, place_m: &Vector3<f64>, reach_m: f64, most: usize) {
         let square_m2 = |voxel: &Voxel| (voxel.mean.place_m - place_m).norm_squared();
         self.voxels.retain(|voxel| square_m2(voxel) <= reach_m * reach_m);
         if self.voxels.len() > most {

@@ -124,13 +124,16 @@ impl Default for RegistrationConfig {
 }
 
 /// That each of the values is a positive number.
-pub(crate) fn check_positive(values: &[(&'static str, f64)]) -> Result<(), ParameterError> {
+///
+/// # Errors
+/// The first one that is not, by its name.
+pub fn check_positive(values: &[(&'static str, f64)]) -> Result<(), ParameterError> {
     values.iter().try_for_each(|(name, value)| positive(name, *value))
 }
 
 impl PreparationConfig {
-    /// No plane is fitted to more.
-    pub(crate) const MOST_NEIGHBOURS: usize = super::kd_tree::MOST_NEIGHBOURS;
+    /// No plane is fitted to more points.
+    pub const MOST_NEIGHBOURS: usize = super::kd_tree::MOST_NEIGHBOURS;
 
     /// Checks every parameter.
     ///

@@ -27,13 +27,14 @@ mod normal;
 mod normal_equations;
 mod prepared_cloud;
 mod surface;
+pub mod testing;
 #[cfg(test)]
 mod tests;
 mod voxel_surface;
 
 use estimation::Executor;
 pub use estimation::RobustKernel;
-pub(crate) use estimation::perturbation::is_finite as is_finite_pose;
+pub use estimation::perturbation::is_finite as is_finite_pose;
 use nalgebra::Isometry3;
 
 pub use self::alignment::Registration;
@@ -48,12 +49,12 @@ pub type Direction = estimation::Direction<6>;
 /// how many points it is seen with.
 pub type Observability = estimation::Observability<6>;
 
-pub(crate) use self::alignment::align;
-pub(crate) use self::config::check_positive;
-pub(crate) use self::surface::Surface;
-pub(crate) use self::voxel_surface::VoxelSurface;
+pub use self::alignment::align;
+pub use self::config::check_positive;
+pub use self::surface::{Surface, SurfaceElement};
+pub use self::voxel_surface::VoxelSurface;
 pub use geometry::ParameterError;
-pub(crate) use geometry::parameter::check;
+pub use geometry::parameter::check;
 
 /// Registers a cloud to another: the pose of the source in the target's frame, from a guess.
 ///

@@ -5,15 +5,15 @@ use nalgebra::Vector3;
 
 /// A piece of a surface: a point on it, and its normal.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub(crate) struct SurfaceElement {
+pub struct SurfaceElement {
     /// In the frame of the surface.
-    pub(crate) place_m: Vector3<f64>,
+    pub place_m: Vector3<f64>,
     /// The mean of `n n^T` over its normals; 0 where there is none, and in part where they differ.
-    pub(crate) normals: Symmetric3,
+    pub normals: Symmetric3,
 }
 
 /// Surfaces that are searched for the counterpart of a point.
-pub(crate) trait Surface: Sync {
+pub trait Surface: Sync {
     /// The number of the element that corresponds to a place, if one is nearer than the limit. `before` is what
     /// corresponded to nearly the same place.
     fn corresponding(

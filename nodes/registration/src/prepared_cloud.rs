@@ -71,9 +71,10 @@ impl PreparedCloud {
         })
     }
 
-    /// A point, and its normal or zero.
+    /// A point by its number, and its normal or zero.
     #[inline]
-    pub(crate) fn point(&self, number: usize) -> (Vector3<f64>, Vector3<f64>) {
+    #[must_use]
+    pub fn point(&self, number: usize) -> (Vector3<f64>, Vector3<f64>) {
         (Vector3::from(self.tree.point_m(number)).cast(), self.normals[number].cast())
     }
 }
