@@ -18,7 +18,7 @@ mod tests;
 use geometry::{TriangleMesh, ply};
 
 use crate::tiles::TileError;
-pub use from_points::mesh_of_points;
+pub use from_points::{edge_of_map_points_m, mesh_of_points};
 
 /// There is no mesh.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]

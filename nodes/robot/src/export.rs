@@ -21,9 +21,8 @@ use crate::e57_file;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::las_file::{LasError, LasFile, LasKind};
+use crate::map_file::MapFile;
 
-/// An octomap may have so many voxels: 12 bytes each.
-const MOST_VOXELS: usize = 100_000_000;
 /// The edge of an octomap's voxels by default.
 const OCTOMAP_EDGE_M: f64 = 0.05;
 
@@ -136,7 +135,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         let folder = folder_of(&args.output).display().to_string();
         return Err(Failure::new(format!("the folder {folder} does not exist")));
     }
-    let points = args.selection.of(read(&args.map)?)?;
+    let points = args.selection.of(MapFile::read(&args.map)?.points)?;
     let OrientedPoints { points_m, normals, colours } = &points;
     let failed =
         |error: &dyn std::fmt::Display| Failure::new(format!("{}: {error}", args.map.display()));
@@ -223,27 +222,6 @@ fn octomap_of(points_m: &[Point3<f32>], edge_m: f64) -> Result<Vec<u8>, Failure>
     octomap::encode(edge_m, &voxels).map_err(|error| wrong(&error))
 }
 
-/// The points of a file, with their normals where it has them.
-fn read(path: &Path) -> Result<OrientedPoints, Failure> {
-    let wrong =
-        |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
-    let bytes = || std::fs::read(path).map_err(|error| wrong(&error));
-    match Form::of(path) {
-        Some(Form::Ply) => ply::decode_with_normals(&bytes()?).map_err(|error| wrong(&error)),
-        Some(Form::Pcd) => pcd::decode_with_normals(&bytes()?).map_err(|error| wrong(&error)),
-        Some(Form::Octomap) => {
-            let octree = octomap::decode(&bytes()?, MOST_VOXELS).map_err(|error| wrong(&error))?;
-            let middle = |cell: i32| ((f64::from(cell) + 0.5) * octree.edge_m) as f32;
-            let centre = |voxel: &VoxelKey| [voxel.x, voxel.y, voxel.z].map(middle).into();
-            let points_m = octree.voxels.iter().map(centre).collect();
-            Ok(OrientedPoints { points_m, ..OrientedPoints::default() })
-        }
-        Some(Form::Grid | Form::Mesh(_) | Form::Las { .. } | Form::E57) | None => {
-            Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt"))
-        }
-    }
-}
-
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole_file(path, bytes)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
@@ -260,6 +238,10 @@ fn options_for_test<T: Args>(options: &str) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn read(path: &Path) -> Result<OrientedPoints, Failure> {
+        MapFile::read(path).map(|map| map.points)
+    }
 
     /// A floor of 2 m by 2 m with a wall at x = 2 m, points 2 cm apart.
     fn room() -> Vec<Point3<f32>> {

@@ -18,9 +18,12 @@ mod info;
 mod interrupt;
 mod las_file;
 pub mod lidar;
+mod map_file;
+mod merge;
 mod node;
 mod odometry;
 mod pose_listener;
+mod pose_numbers;
 mod processes;
 mod progress;
 mod rig;
@@ -54,6 +57,8 @@ pub enum Command {
     Odometry(odometry::OdometryArgs),
     /// A saved map as another file: points, an octomap, or the occupancy grid that Nav2 loads
     Export(export::ExportArgs),
+    /// Two saved maps of one place as one, and what changed between them
+    Merge(merge::MergeArgs),
     /// Play a bag onto DDS
     Play(PlayOptions),
     /// Record the live graph into a bag
@@ -89,6 +94,7 @@ impl Command {
             Self::Filter(args) => filter::run(&args, &Interrupt::on_signals()?),
             Self::Odometry(args) => odometry::run(&args),
             Self::Export(args) => export::run(&args),
+            Self::Merge(args) => merge::run(&args, &Interrupt::on_signals()?),
             Self::Play(options) => return code_of(bag_player::shell::run_options(options, ros)),
             Self::Record(options) => return code_of(record::run(&options, ros)),
             Self::Info(args) => info::run(&args),

@@ -33,9 +33,8 @@ pub fn mesh_of_points(
         return Err(MeshError::NoTriangles);
     }
     let given = points.points_m.len();
-    let spacing_m = normals::spacing_m(&points.points_m, EDGE_STEP_M, MOST_SPACING_M);
-    let found_m =
-        || spacing_m.map(|spacing_m| edge_of_map_m(points, spacing_m).unwrap_or(spacing_m));
+    let spacing_m = spacing_m(points);
+    let found_m = || edge_of_points_m(points, spacing_m);
     let edge_m = edge_m.or_else(found_m).unwrap_or(MOST_SPACING_M);
     let config = SurfaceConfig {
         edge_m,
@@ -66,6 +65,21 @@ pub fn mesh_of_points(
         return Err(MeshError::NoSurface { points: given, edge_m });
     }
     Ok(mesh)
+}
+
+/// The edge of the voxels of a saved map, or how far apart the points of another cloud are, in metres. `None` for fewer than a handful of
+/// points, and for points that are too far apart to be a map's.
+#[must_use]
+pub fn edge_of_map_points_m(points: &OrientedPoints) -> Option<f64> {
+    edge_of_points_m(points, spacing_m(points))
+}
+
+fn edge_of_points_m(points: &OrientedPoints, spacing_m: Option<f64>) -> Option<f64> {
+    spacing_m.map(|spacing_m| edge_of_map_m(points, spacing_m).unwrap_or(spacing_m))
+}
+
+fn spacing_m(points: &OrientedPoints) -> Option<f64> {
+    normals::spacing_m(&points.points_m, EDGE_STEP_M, MOST_SPACING_M)
 }
 
 /// The edge of the voxels of which each has one point at most, the longest: of a slightly longer one some have two.

@@ -2,10 +2,11 @@
 
 use clap::Args;
 use geometry::{OrientedPoints, VoxelGrid};
-use nalgebra::{Isometry3, Point2, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use reconstruction::one_a_voxel;
 
 use crate::failure::Failure;
+use crate::pose_numbers::pose_of_numbers;
 
 /// The part of the map, and its place. Each is applied to what the ones before it leave.
 #[derive(Args, Clone, PartialEq, Debug, Default)]
@@ -46,7 +47,7 @@ impl Selection {
             points = thinned(&points, &grid);
         }
         if let Some(numbers) = &self.transform {
-            points = moved(points, &new_from_map(numbers)?);
+            points = moved(points, &pose_of_numbers("--transform", numbers)?);
         }
         if points.points_m.is_empty() && before > 0 {
             return Err(Failure::new(format!(
@@ -134,18 +135,6 @@ fn thinned(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
         *normal = normal.try_normalize(f32::EPSILON).unwrap_or_else(Vector3::zeros);
     }
     thinned
-}
-
-fn new_from_map(numbers: &[f64]) -> Result<Isometry3<f64>, Failure> {
-    match *numbers {
-        [x, y, z, roll, pitch, yaw] if numbers.iter().all(|number| number.is_finite()) => {
-            Ok(Isometry3::from_parts(
-                Translation3::new(x, y, z),
-                UnitQuaternion::from_euler_angles(roll, pitch, yaw),
-            ))
-        }
-        _ => Err(Failure::new("--transform takes six finite numbers: X Y Z ROLL PITCH YAW")),
-    }
 }
 
 fn moved(mut points: OrientedPoints, new_from_map: &Isometry3<f64>) -> OrientedPoints {

@@ -1,0 +1,70 @@
+//! Whether a map has the same surface near a place.
+
+use std::collections::HashMap;
+
+use geometry::{BuildVoxelHasher, VoxelGrid, VoxelKey, is_finite};
+use nalgebra::{Point3, Vector3};
+
+/// Surfaces are the same when their normals are within 60 degrees: at the edges of things normals are means over both sides.
+const SAME_COSINE: f32 = 0.5;
+
+/// Points in cells, so that those near a place are found.
+#[derive(Clone, Debug)]
+pub(crate) struct Nearby {
+    grid: VoxelGrid,
+    within_m: f32,
+    points: Vec<(Point3<f32>, Vector3<f32>)>,
+    /// The points of each cell follow each other.
+    cells: HashMap<VoxelKey, (u32, u32), BuildVoxelHasher>,
+    has_normals: bool,
+    is_sided: bool,
+}
+
+impl Nearby {
+    /// Points with normals, or none; searched within a positive distance. Normals that are not sided may point to either side.
+    pub(crate) fn new(
+        points_m: impl Iterator<Item = Point3<f32>>,
+        normals: &[Vector3<f32>],
+        within_m: f64,
+        is_sided: bool,
+    ) -> Option<Self> {
+        let grid = VoxelGrid::new(within_m).ok()?;
+        let mut keyed: Vec<(VoxelKey, Point3<f32>, Vector3<f32>)> = points_m
+            .enumerate()
+            .filter(|(_, point_m)| is_finite(point_m))
+            .map(|(index, point_m)| {
+                (grid.key(&point_m), point_m, normals.get(index).copied().unwrap_or_default())
+            })
+            .collect();
+        keyed.sort_by_key(|(key, ..)| *key);
+        let mut cells: HashMap<VoxelKey, (u32, u32), BuildVoxelHasher> = HashMap::default();
+        for (index, (key, ..)) in (0_u32..).zip(&keyed) {
+            cells.entry(*key).or_insert((index, index)).1 = index + 1;
+        }
+        let points = keyed.into_iter().map(|(_, point_m, normal)| (point_m, normal)).collect();
+        let has_normals = !normals.is_empty();
+        Some(Self { grid, within_m: within_m as f32, points, cells, has_normals, is_sided })
+    }
+
+    /// Whether a point of the same surface is near a place; of any surface, where normals are not known.
+    pub(crate) fn has(&self, place_m: &Point3<f32>, normal: Option<&Vector3<f32>>) -> bool {
+        let normal = normal.filter(|_| self.has_normals);
+        let mut near =
+            self.grid.key(place_m).with_neighbours().filter_map(|key| self.cells.get(&key));
+        near.any(|(from, until)| {
+            self.points[*from as usize..*until as usize].iter().any(|(point_m, other)| {
+                let is_near = (point_m - place_m).norm_squared() < self.within_m * self.within_m;
+                is_near && normal.is_none_or(|normal| self.is_same(normal, other))
+            })
+        })
+    }
+
+    fn is_same(&self, one: &Vector3<f32>, other: &Vector3<f32>) -> bool {
+        // A zero is no normal, and is of any surface.
+        if *one == Vector3::zeros() || *other == Vector3::zeros() {
+            return true;
+        }
+        let cosine = one.dot(other);
+        (if self.is_sided { cosine } else { cosine.abs() }) > SAME_COSINE
+    }
+}

@@ -1,0 +1,57 @@
+//! Saved maps, read from any of the files that the suite writes.
+
+use std::path::Path;
+
+use geometry::{MapView, OrientedPoints, VoxelKey, pcd, ply};
+use reconstruction::octomap;
+
+use crate::failure::Failure;
+
+/// An octomap may have so many voxels: 12 bytes each.
+const MOST_VOXELS: usize = 100_000_000;
+
+/// A saved map.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(crate) struct MapFile {
+    /// The points, with their normals and colours where the file has them.
+    pub(crate) points: OrientedPoints,
+    /// The places that the map was seen from, where the file has them.
+    pub(crate) views: Vec<MapView>,
+    /// The edge of its voxels, where the file says it.
+    pub(crate) edge_m: Option<f64>,
+}
+
+impl MapFile {
+    /// Reads a .ply, .pcd or .bt file.
+    ///
+    /// # Errors
+    /// When it is no such file, or cannot be read.
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let wrong =
+            |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
+        let bytes = || std::fs::read(path).map_err(|error| wrong(&error));
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("ply") => {
+                let bytes = bytes()?;
+                let points = ply::decode_with_normals(&bytes).map_err(|error| wrong(&error))?;
+                let views = ply::views_of(&bytes).map_err(|error| wrong(&error))?;
+                Ok(Self { points, views, edge_m: None })
+            }
+            Some("pcd") => {
+                let points = pcd::decode_with_normals(&bytes()?).map_err(|error| wrong(&error))?;
+                Ok(Self { points, ..Self::default() })
+            }
+            Some("bt") => {
+                let octree =
+                    octomap::decode(&bytes()?, MOST_VOXELS).map_err(|error| wrong(&error))?;
+                let middle = |cell: i32| ((f64::from(cell) + 0.5) * octree.edge_m) as f32;
+                let centre = |voxel: &VoxelKey| [voxel.x, voxel.y, voxel.z].map(middle).into();
+                let points_m = octree.voxels.iter().map(centre).collect();
+                let points = OrientedPoints { points_m, ..OrientedPoints::default() };
+                Ok(Self { points, edge_m: Some(octree.edge_m), ..Self::default() })
+            }
+            _ => Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt")),
+        }
+    }
+}
