@@ -58,10 +58,6 @@ fn main() {
             &Isometry3::identity(),
             folder.map(|folder| folder.join(seed.to_string())).as_deref(),
         );
-        if std::env::var_os("FAST").is_some() {
-            report("part", &a, &part, &a.map, &part.map, &Isometry3::identity(), None);
-            continue;
-        }
         let turn = Isometry3::new([11.0, -7.0, 0.4].into(), [0.01, -0.02, 2.0].into());
         report("turned", &a, &b, &a.map, &altered(&b.map, &turn), &turn, None);
         report("part", &a, &part, &a.map, &part.map, &Isometry3::identity(), None);
@@ -123,52 +119,6 @@ fn report(
             let (metres, degrees) = off(&alignment.a_from_b);
             let (gone, added) =
                 (score(a, b, &merge.changes.gone), score(b, a, &merge.changes.added));
-            if std::env::var_os("WRONG").is_some() {
-                for (what, own, other, groups) in
-                    [("gone", a, b, &merge.changes.gone), ("added", b, a, &merge.changes.added)]
-                {
-                    for group in groups {
-                        let one = score(own, other, std::slice::from_ref(group));
-                        if one.precision() < 0.7
-                            && group.points.len() > 150
-                            && std::env::var_os("WHY").is_some()
-                        {
-                            let at = own.room_from_map(
-                                &own.map.points.points_m[group.points[group.points.len() / 2]],
-                            );
-                            println!("   at {at:.2}");
-                            other.why(&at);
-                            let middle: Vec<f64> = group
-                                .points
-                                .iter()
-                                .fold(nalgebra::Vector3::zeros(), |sum, index| {
-                                    sum + own.room_from_map(&own.map.points.points_m[*index]).coords
-                                        / group.points.len() as f64
-                                })
-                                .iter()
-                                .copied()
-                                .collect();
-                            let normal: Vec<f32> = group
-                                .points
-                                .iter()
-                                .fold(nalgebra::Vector3::zeros(), |sum, index| {
-                                    sum + own.map_from_room.rotation.inverse().cast::<f32>()
-                                        * own.map.points.normals[*index]
-                                        / group.points.len() as f32
-                                })
-                                .iter()
-                                .copied()
-                                .collect();
-                            println!(
-                                "   {what} {} points P {:.2} at {middle:.2?} normal {normal:.2?} extent {:.2?}",
-                                group.points.len(),
-                                one.precision(),
-                                group.extent_m().as_slice()
-                            );
-                        }
-                    }
-                }
-            }
             let next = alignment.next.as_ref().map_or("none".to_owned(), said);
             let best =
                 said(&Candidate { a_from_b: alignment.a_from_b, agreement: alignment.agreement });

@@ -26,6 +26,8 @@ pub struct Agreement {
     pub same_m2: f64,
     /// What one has where the other is free.
     pub contradicting_m2: f64,
+    /// The level surface that both have. Floors meet wherever one map is laid upon another at the right height: it says nothing else.
+    pub level_m2: f64,
     /// The share of the smaller map's upright surface of which the other says something.
     pub overlap: f64,
 }
@@ -63,18 +65,19 @@ impl<'a> Compared<'a> {
     }
 
     /// What this map says of the surfaces of the other, in square metres: the same, and contradicting. With the area of all that is
-    /// upright.
-    fn says_of(&self, other: &PreparedMap, own_from_other: &Isometry3<f64>) -> [f64; 3] {
+    /// upright, and what is level and the same.
+    fn says_of(&self, other: &PreparedMap, own_from_other: &Isometry3<f64>) -> [f64; 4] {
         let facing =
             |normal: &Vector3<f64>| if other.is_sided { *normal } else { Vector3::zeros() };
         let step = other.pieces.len().div_ceil(MOST_PIECES).max(1);
-        let (mut same, mut against, mut upright) = (0, 0, 0);
+        let (mut same, mut against, mut upright, mut level) = (0, 0, 0, 0);
         for piece in other.pieces.iter().step_by(step) {
             let is_upright = piece.lie() == Lie::Upright;
             upright += usize::from(is_upright);
             let (place_m, normal) = (own_from_other * piece.place_m, own_from_other * piece.normal);
             if self.nearby.has(&place_m.cast(), Some(&normal.cast())) {
                 same += usize::from(is_upright);
+                level += usize::from(!is_upright);
             } else if is_upright && self.plan.is_free(&place_m)
                 || self.seen.is_free(&place_m, &facing(&normal), other.edge_m)
             {
@@ -85,7 +88,7 @@ impl<'a> Compared<'a> {
         if self.seen.is_empty() {
             against *= BY_FLOOR_ALONE;
         }
-        [area_m2(same), area_m2(against), area_m2(upright)]
+        [area_m2(same), area_m2(against), area_m2(upright), area_m2(level)]
     }
 }
 
@@ -100,5 +103,10 @@ pub(crate) fn agreement(
     let mean = |index: usize| f64::midpoint(of_a[index], of_b[index]);
     let smaller = if of_a[2] < of_b[2] { of_a } else { of_b };
     let overlap = if smaller[2] > 0.0 { (smaller[0] + smaller[1]) / smaller[2] } else { 0.0 };
-    Agreement { same_m2: mean(0), contradicting_m2: mean(1), overlap: overlap.min(1.0) }
+    Agreement {
+        same_m2: mean(0),
+        contradicting_m2: mean(1),
+        level_m2: mean(3),
+        overlap: overlap.min(1.0),
+    }
 }

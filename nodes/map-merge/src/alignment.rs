@@ -3,7 +3,7 @@
 use estimation::Executor;
 use nalgebra::{Isometry3, Point3};
 use registration::{
-    CoarseConfig, Method, PreparedCloud, Registration, RegistrationConfig, RobustKernel, register,
+    CoarseConfig, Method, Registration, RegistrationConfig, RobustKernel, register,
 };
 
 use crate::agreement::{Agreement, Compared, agreement};
@@ -36,13 +36,16 @@ const LAST_REACH_M: f64 = 0.15;
 /// From this distance on a point is doubted, as three standard deviations of the Kinect's noise at 4 m.
 const DOUBTED_M: f64 = 0.07;
 
+/// The same of the first steps: the cell of the plan, and as much again for the yaw.
+const FIRST_DOUBTED_M: f64 = 0.2;
+
 /// Where a map lies in another.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Alignment {
     /// Takes points of the second map to the first one.
     pub a_from_b: Isometry3<f64>,
-    /// The registration at its end.
-    pub registration: Registration,
+    /// The root of the mean squared distance, across the surface, of surfaces that lie upon each other.
+    pub residual_m: f64,
     /// What the maps say of each other there.
     pub agreement: Agreement,
     /// The same of the next best place that is another one, if any was found.
@@ -73,10 +76,11 @@ impl Candidate {
         by_m2 >= BETTER_M2.max(BETTER_SHARE * own.same_m2)
     }
 
-    /// What is the same, less what contradicts, such that an agreement that is just acceptable has none.
+    /// What is the same, less what contradicts, such that an agreement that is just acceptable has none; and the floors, by which heights
+    /// differ.
     fn score(&self) -> f64 {
-        let Agreement { same_m2, contradicting_m2, .. } = self.agreement;
-        same_m2 - LEAST_AGREEMENT / (1.0 - LEAST_AGREEMENT) * contradicting_m2
+        let Agreement { same_m2, contradicting_m2, level_m2, .. } = self.agreement;
+        same_m2 - LEAST_AGREEMENT / (1.0 - LEAST_AGREEMENT) * contradicting_m2 + level_m2
     }
 }
 
@@ -130,15 +134,22 @@ impl<'a> Pair<'a> {
     fn candidate(&self, guess: &Isometry3<f64>, executor: &dyn Executor) -> Option<Candidate> {
         let config = RegistrationConfig {
             max_correspondence_m: REACH_M,
+            kernel_width_m: FIRST_DOUBTED_M,
             coarse: CoarseConfig { every: 0, ..CoarseConfig::default() },
             max_iterations: 30,
             // A fifth of what surfaces may be apart that agree.
             settled_m: 0.01,
             ..rules()
         };
-        let found =
-            register(&self.b.map.coarse, &self.a.map.cloud, guess, &config, executor).ok()?;
-        let a_from_b = found.target_from_source;
+        let found = register(
+            &self.b.map.coarse,
+            &self.a.map.cloud,
+            &self.middles(guess),
+            &config,
+            executor,
+        )
+        .ok()?;
+        let a_from_b = self.from_middles(&found.target_from_source);
         let agreement = agreement(&self.a, &self.b, &self.level(&a_from_b));
         Some(Candidate { a_from_b, agreement })
     }
@@ -150,7 +161,7 @@ impl<'a> Pair<'a> {
     ) -> Result<Registration, MergeError> {
         let coarse = CoarseConfig { every: 0, ..CoarseConfig::default() };
         let config = RegistrationConfig { max_correspondence_m: LAST_REACH_M, coarse, ..rules() };
-        Ok(register(&self.b.map.cloud, &self.a.map.cloud, guess, &config, executor)?)
+        Ok(register(&self.b.map.cloud, &self.a.map.cloud, &self.middles(guess), &config, executor)?)
     }
 
     /// Aligns the second map with the first.
@@ -198,17 +209,23 @@ impl<'a> Pair<'a> {
             let shift = weak.shift().map(|axis| [axis.x, axis.y, axis.z]);
             return Err(MergeError::Undetermined { shift });
         }
-        let a_from_b = registration.target_from_source;
+        let a_from_b = self.from_middles(&registration.target_from_source);
         let agreement = agreement(&self.a, &self.b, &self.level(&a_from_b));
-        Ok(Alignment { a_from_b, registration, agreement, next })
+        Ok(Alignment { a_from_b, residual_m: registration.residual_rms_m, agreement, next })
     }
 
     /// In the second map's frame.
     fn middle_of_b(&self) -> Point3<f64> {
-        let cloud: &PreparedCloud = &self.b.map.cloud;
-        let sum: nalgebra::Vector3<f64> =
-            (0..cloud.len()).map(|number| cloud.point(number).0).sum();
-        Point3::from(sum / cloud.len().max(1) as f64)
+        self.b.map.middle_from_map.inverse() * Point3::origin()
+    }
+
+    /// Between the middles of both maps, about which they are registered.
+    fn middles(&self, a_from_b: &Isometry3<f64>) -> Isometry3<f64> {
+        self.a.map.middle_from_map * a_from_b * self.b.map.middle_from_map.inverse()
+    }
+
+    fn from_middles(&self, middles: &Isometry3<f64>) -> Isometry3<f64> {
+        self.a.map.middle_from_map.inverse() * middles * self.b.map.middle_from_map
     }
 }
 

@@ -83,12 +83,17 @@ impl Side<'_> {
     }
 
     /// What is near its points, in the frame of the first map, of those of which `is_used` is true.
-    pub(crate) fn nearby(&self, within_m: f64, is_used: impl Fn(usize) -> bool) -> Option<Nearby> {
+    pub(crate) fn nearby(
+        &self,
+        within_m: f64,
+        is_sided: bool,
+        is_used: impl Fn(usize) -> bool,
+    ) -> Option<Nearby> {
         let placed =
             (0..self.len()).filter(|index| is_used(*index)).filter_map(|index| self.placed(index));
         let (points_m, normals): (Vec<_>, Vec<_>) = placed.unzip();
         let normals: Vec<_> = normals.into_iter().flatten().collect();
-        Nearby::new(points_m.into_iter(), &normals, within_m, true)
+        Nearby::new(points_m.into_iter(), &normals, within_m, is_sided)
     }
 }
 
@@ -108,7 +113,8 @@ pub(crate) fn one_sided(
     other_level_from_a: &Isometry3<f64>,
 ) -> Option<OneSided> {
     let edge_m = own.map.edge_m.max(other.map.edge_m);
-    let nearby = other.nearby(SAME_EDGES * edge_m, |_| true)?;
+    let is_sided = own.map.is_sided() && other.map.is_sided();
+    let nearby = other.nearby(SAME_EDGES * edge_m, is_sided, |_| true)?;
     let is_known = !other_seen.is_empty();
     let sight = |point_m: &Point3<f32>, normal: Option<Vector3<f32>>| {
         if !is_known {

@@ -50,3 +50,37 @@ fn histogram<'a>(upright: impl Iterator<Item = &'a Piece>) -> Vec<f64> {
     let at = |bin: usize| bins[bin % BINS];
     (0..BINS).map(|bin| at(bin + BINS - 1) + 2.0 * at(bin) + at(bin + 1)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use estimation::Serial;
+    use geometry::OrientedPoints;
+    use nalgebra::{Point3, Rotation2, Rotation3, Vector3};
+
+    use super::*;
+    use crate::saved_map::SavedMap;
+
+    /// Two walls at a right angle.
+    fn corner(yaw_rad: f64) -> PreparedMap {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), yaw_rad);
+        let at = |cell: i32| f64::from(cell) * 0.05;
+        let lattice = (0..60).flat_map(|a| (0..40).map(move |b| (a, b)));
+        let walls = lattice.flat_map(|(a, b)| {
+            [Point3::new(at(a), 0.0, at(b)), Point3::new(0.0, 0.6 * at(a), at(b))]
+        });
+        let points_m = walls.map(|point| (turn * point).cast()).collect();
+        let points = OrientedPoints { points_m, ..OrientedPoints::default() };
+        let map = SavedMap { points, views: Vec::new(), edge_m: 0.05 };
+        PreparedMap::new(&map, &Serial).unwrap()
+    }
+
+    #[test]
+    fn the_true_yaw_is_among_those_of_right_angles() {
+        for yaw_rad in [0.0, 0.3, 1.1, 2.9, 4.0, 5.5] {
+            let found = yaws_rad(&corner(0.2), &corner(0.2 - yaw_rad), 0.02);
+            let off_rad = |yaw: &f64| Rotation2::new(yaw - yaw_rad).angle().abs();
+            let off_rad = found.iter().map(off_rad).fold(PI, f64::min);
+            assert!(off_rad < BIN_RAD && found.len() < 60, "{off_rad} of {}", found.len());
+        }
+    }
+}

@@ -48,3 +48,35 @@ pub(crate) fn shifts_m(a: &PreparedMap, b: &PreparedMap) -> Vec<f64> {
     }
     found.into_iter().map(|shift| shift as f64 * BIN_M).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use estimation::Serial;
+    use geometry::OrientedPoints;
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::saved_map::SavedMap;
+
+    /// A floor at a height, and a table half as large 0.75 m above it.
+    fn floor(height_m: f32) -> PreparedMap {
+        let at = |cell: i32| cell as f32 * 0.05;
+        let lattice = || (0..60).flat_map(|a| (0..60).map(move |b| (at(a), at(b))));
+        let table =
+            lattice().filter(|(x, _)| *x < 1.5).map(|(x, y)| Point3::new(x, y, height_m + 0.75));
+        let points_m = lattice().map(|(x, y)| Point3::new(x, y, height_m)).chain(table).collect();
+        let points = OrientedPoints { points_m, ..OrientedPoints::default() };
+        let map = SavedMap { points, views: Vec::new(), edge_m: 0.05 };
+        PreparedMap::new(&map, &Serial).unwrap()
+    }
+
+    #[test]
+    fn floors_meet_and_a_table_does_not_meet_a_floor() {
+        let (a, b) = (floor(-1.02), floor(0.31));
+        let found = shifts_m(&a, &b);
+        let level =
+            |map: &PreparedMap, z_m: f64| (map.level_from_map * Point3::new(0.0, 0.0, z_m)).z;
+        let expected_m = level(&a, -1.02) - level(&b, 0.31);
+        assert!(found.len() == 1 && (found[0] - expected_m).abs() <= BIN_M, "{found:?}");
+    }
+}

@@ -76,9 +76,8 @@ pub fn merge(
         Side { map: a, a_from_own: Isometry3::identity() },
         Side { map: b, a_from_own: *a_from_b },
     );
-    let a_level = Isometry3::from_parts(Default::default(), prepared[0].level_from_map);
-    let b_level =
-        Isometry3::from_parts(Default::default(), prepared[1].level_from_map) * a_from_b.inverse();
+    let a_level = prepared[0].level_from_map;
+    let b_level = prepared[1].level_from_map * a_from_b.inverse();
     let no_edge = MergeError::Edge { edge_m: a.edge_m.max(b.edge_m) };
     let only_a = one_sided(&of_a, &of_b, &pair.b.seen, &b_level).ok_or(no_edge.clone())?;
     let only_b = one_sided(&of_b, &of_a, &pair.a.seen, &a_level).ok_or(no_edge.clone())?;

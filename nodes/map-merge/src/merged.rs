@@ -27,7 +27,8 @@ pub(crate) fn merged(
         }
     }
     let edge_m = a.edge_m.max(b.edge_m);
-    let nearby = of_a.nearby(SAME_EDGES * edge_m, |index| is_kept[index])?;
+    let is_sided = a.is_sided() && b.is_sided();
+    let nearby = of_a.nearby(SAME_EDGES * edge_m, is_sided, |index| is_kept[index])?;
     let grid = VoxelGrid::new(a.edge_m).ok()?;
     let has_normals = a.has_normals() && b.has_normals();
     let has_colours = [a, b].iter().any(|map| !map.points.colours.is_empty());

@@ -68,3 +68,35 @@ impl Nearby {
         (if self.is_sided { cosine } else { cosine.abs() }) > SAME_COSINE
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn what_is_near_is_what_a_search_of_all_points_finds(
+            points in prop::collection::vec(prop::array::uniform3(-1.0..1.0_f32), 1..60),
+            place in prop::array::uniform3(-1.2..1.2_f32),
+            within_m in 0.01..0.5_f64,
+            is_sided: bool,
+        ) {
+            let points: Vec<Point3<f32>> = points.into_iter().map(Point3::from).collect();
+            let normals: Vec<Vector3<f32>> =
+                points.iter().map(|point| point.coords.normalize()).collect();
+            let (place, normal) = (Point3::from(place), Vector3::x());
+            let nearby =
+                Nearby::new(points.iter().copied(), &normals, within_m, is_sided).unwrap();
+            let square_m2 = (within_m as f32).powi(2);
+            let is_near = |point: &&Point3<f32>| (*point - place).norm_squared() < square_m2;
+            prop_assert_eq!(nearby.has(&place, None), points.iter().any(|point| is_near(&point)));
+            let same = points.iter().filter(is_near).any(|point| {
+                let cosine = point.coords.normalize().x;
+                (if is_sided { cosine } else { cosine.abs() }) > SAME_COSINE
+            });
+            prop_assert_eq!(nearby.has(&place, Some(&normal)), same);
+        }
+    }
+}

@@ -1,8 +1,8 @@
 //! A saved map, and the parts of it that it is aligned by.
 
 use estimation::Executor;
-use geometry::{MapView, OrientedPoints, VoxelGrid, VoxelKey, is_finite};
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use geometry::{FARTHEST_POSE_M, MapView, OrientedPoints, VoxelGrid, VoxelKey, is_finite};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 use registration::{PreparationConfig, PreparedCloud, RegistrationError};
 
 use crate::level::level_from_map;
@@ -28,9 +28,15 @@ pub struct SavedMap {
 }
 
 impl SavedMap {
-    /// Whether each point has a normal, to the side that it was seen from.
+    /// Whether each point has a normal.
     pub(crate) fn has_normals(&self) -> bool {
         self.points.normals.len() == self.points.points_m.len()
+    }
+
+    /// Whether its normals point to the side that the surface was seen from: those of our own maps, which have views, do. Other programs
+    /// estimate normals without knowing that.
+    pub(crate) fn is_sided(&self) -> bool {
+        self.has_normals() && !self.views.is_empty()
     }
 }
 
@@ -46,7 +52,7 @@ pub(crate) enum Lie {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Piece {
     pub(crate) place_m: Point3<f64>,
-    /// Of length 1. Its sign means something only where the file has normals.
+    /// Of length 1. Its sign means something where the map is sided.
     pub(crate) normal: Vector3<f64>,
 }
 
@@ -66,14 +72,16 @@ impl Piece {
 /// A map that is made ready: thinned out, with normals, and level.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMap {
-    /// For the registration, in the map's own frame.
+    /// For the registration, about the map's middle: far from its origin a shift and a turn would be nearly the same.
     pub(crate) cloud: PreparedCloud,
     /// The same of fewer points.
     pub(crate) coarse: PreparedCloud,
     /// The edge of the voxels of all that is here.
     pub(crate) edge_m: f64,
-    /// Turns the map such that its floors are level; about the origin.
-    pub(crate) level_from_map: UnitQuaternion<f64>,
+    /// Moves the map's middle to the origin.
+    pub(crate) middle_from_map: Translation3<f64>,
+    /// The same, and turns the map such that its floors are level.
+    pub(crate) level_from_map: Isometry3<f64>,
     /// The surfaces, in the level frame.
     pub(crate) pieces: Vec<Piece>,
     /// Whether the normals say from which side a surface was seen.
@@ -85,22 +93,27 @@ impl PreparedMap {
     /// When there is no point.
     pub(crate) fn new(map: &SavedMap, executor: &dyn Executor) -> Result<Self, RegistrationError> {
         let edge_m = map.edge_m.max(FINEST_EDGE_M);
+        let middle_from_map = middle_from_map(&map.points.points_m);
+        let about_middle = |point_m: &Point3<f32>| (middle_from_map * point_m.cast::<f64>()).cast();
+        let points_m: Vec<Point3<f32>> = map.points.points_m.iter().map(about_middle).collect();
         let preparation = PreparationConfig { voxel_edge_m: edge_m, ..Default::default() };
-        let cloud = PreparedCloud::new(&map.points.points_m, &preparation, executor)?;
+        let cloud = PreparedCloud::new(&points_m, &preparation, executor)?;
         let preparation =
             PreparationConfig { voxel_edge_m: edge_m.max(COARSE_EDGE_M), ..preparation };
-        let coarse = PreparedCloud::new(&map.points.points_m, &preparation, executor)?;
-        let is_sided = map.has_normals();
-        let pieces = pieces(map, &cloud, edge_m);
-        let level_from_map = level_from_map(&pieces);
+        let coarse = PreparedCloud::new(&points_m, &preparation, executor)?;
+        let is_sided = map.is_sided();
+        let normals = if is_sided { &map.points.normals[..] } else { &[] };
+        let pieces = pieces(&cloud, &normals_by_voxel(&points_m, normals, edge_m), edge_m);
+        let level = level_from_map(&pieces);
         let pieces = pieces
             .into_iter()
             .map(|Piece { place_m, normal }| Piece {
-                place_m: level_from_map * place_m,
-                normal: level_from_map * normal,
+                place_m: level * place_m,
+                normal: level * normal,
             })
             .collect();
-        Ok(Self { cloud, coarse, edge_m, level_from_map, pieces, is_sided })
+        let level_from_map = level * middle_from_map;
+        Ok(Self { cloud, coarse, edge_m, middle_from_map, level_from_map, pieces, is_sided })
     }
 
     /// The pieces that lie so.
@@ -114,9 +127,14 @@ impl PreparedMap {
     }
 }
 
-/// The points of the cloud that have a normal: the mean of the file's in its voxel, where the file has some.
-fn pieces(map: &SavedMap, cloud: &PreparedCloud, edge_m: f64) -> Vec<Piece> {
-    let of_file = if map.has_normals() { normals_by_voxel(map, edge_m) } else { Vec::new() };
+fn middle_from_map(points_m: &[Point3<f32>]) -> Translation3<f64> {
+    let finite = || points_m.iter().filter(|point_m| is_finite(point_m));
+    let sum = finite().fold(Vector3::zeros(), |sum, point_m| sum + point_m.coords.cast::<f64>());
+    Translation3::from(-sum / (finite().count().max(1) as f64))
+}
+
+/// The points of the cloud that have a normal: that of the file in its voxel, where the file has some.
+fn pieces(cloud: &PreparedCloud, of_file: &[(VoxelKey, Vector3<f64>)], edge_m: f64) -> Vec<Piece> {
     let grid = VoxelGrid::new(edge_m).ok();
     let mean = |point_m: &Point3<f32>| {
         let key = grid.as_ref()?.key(point_m);
@@ -125,6 +143,9 @@ fn pieces(map: &SavedMap, cloud: &PreparedCloud, edge_m: f64) -> Vec<Piece> {
     };
     cloud
         .points_m()
+        .filter(|(point_m, _)| {
+            point_m.iter().all(|along_m| f64::from(along_m.abs()) < FARTHEST_POSE_M)
+        })
         .filter_map(|(point_m, estimated)| {
             let estimated = estimated.map(|normal| normal.cast());
             let normal = if of_file.is_empty() { estimated } else { mean(&point_m) };
@@ -134,18 +155,24 @@ fn pieces(map: &SavedMap, cloud: &PreparedCloud, edge_m: f64) -> Vec<Piece> {
 }
 
 /// The sum of the normals of each voxel, by ascending key.
-fn normals_by_voxel(map: &SavedMap, edge_m: f64) -> Vec<(VoxelKey, Vector3<f64>)> {
+fn normals_by_voxel(
+    points_m: &[Point3<f32>],
+    normals: &[Vector3<f32>],
+    edge_m: f64,
+) -> Vec<(VoxelKey, Vector3<f64>)> {
     let Ok(grid) = VoxelGrid::new(edge_m) else { return Vec::new() };
-    let OrientedPoints { points_m, normals, .. } = &map.points;
+    let is_usable = |(point_m, normal): &(&Point3<f32>, &Vector3<f32>)| {
+        is_finite(point_m) && normal.iter().all(|along| along.is_finite())
+    };
     let mut keyed: Vec<(VoxelKey, Vector3<f64>)> = points_m
         .iter()
         .zip(normals)
-        .filter(|(point_m, normal)| is_finite(point_m) && normal.iter().all(|n| n.is_finite()))
+        .filter(is_usable)
         .map(|(point_m, normal)| (grid.key(point_m), normal.cast()))
         .collect();
     keyed.sort_by_key(|(key, _)| *key);
     keyed
         .chunk_by(|a, b| a.0 == b.0)
-        .map(|same| (same[0].0, same.iter().map(|(_, n)| n).sum()))
+        .map(|same| (same[0].0, same.iter().map(|(_, normal)| normal).sum()))
         .collect()
 }

@@ -210,3 +210,6 @@ pub(crate) fn is_same_place(
     (one * middle_m - other * middle_m).norm() < SAME_M
         && one.rotation.angle_to(&other.rotation) < SAME_RAD
 }
+
+#[cfg(test)]
+mod tests;

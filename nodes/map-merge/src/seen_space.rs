@@ -264,3 +264,6 @@ impl RenderedView {
         depth_at(column, row).is_finite() && around.into_iter().all(is_behind)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -90,28 +90,6 @@ impl Visit {
         self.map_from_room.inverse() * point_m.cast::<f64>()
     }
 
-    pub(crate) fn why(&self, in_room_m: &Point3<f64>) {
-        for (image, room_from_camera) in &self.images {
-            let in_camera = room_from_camera.inverse() * in_room_m;
-            if !(0.3..6.0).contains(&in_camera.z) {
-                continue;
-            }
-            let Some(pixel) =
-                self.camera.project(&in_camera).filter(|pixel| self.camera.contains(pixel))
-            else {
-                continue;
-            };
-            println!(
-                "      camera {:.2?} depth {:.2} pixel {:.0} {:.0} measured {:.2?}",
-                room_from_camera.translation.vector.as_slice(),
-                in_camera.z,
-                pixel.x,
-                pixel.y,
-                image.depth_m(pixel.x.round() as usize, pixel.y.round() as usize)
-            );
-        }
-    }
-
     /// Whether a camera measured something clearly behind a place of the room.
     fn saw_through(&self, in_room_m: &Point3<f64>) -> bool {
         self.images.iter().any(|(image, room_from_camera)| {

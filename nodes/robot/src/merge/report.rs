@@ -66,7 +66,7 @@ impl Report {
         Self {
             points: merge.merged.points.points_m.len(),
             second_in_first: Pose::of(&alignment.a_from_b),
-            residual_m: alignment.registration.residual_rms_m,
+            residual_m: alignment.residual_m,
             agreement: Share::of(&alignment.agreement),
             next_best: alignment.next.map(|next| Share::of(&next.agreement)),
             gone: parts(&changes.gone, first),
@@ -87,7 +87,7 @@ impl Pose {
 
 impl Share {
     fn of(agreement: &Agreement) -> Self {
-        let Agreement { same_m2, contradicting_m2, overlap } = *agreement;
+        let Agreement { same_m2, contradicting_m2, overlap, .. } = *agreement;
         Self { overlap, same: agreement.share(), same_m2, contradicting_m2 }
     }
 }
