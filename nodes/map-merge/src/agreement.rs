@@ -14,7 +14,6 @@ use crate::seen_space::SeenSpace;
 const MOST_PIECES: usize = 3000;
 /// Surfaces agree within so many edges: the pieces of one surface are up to one apart, and half as much is the noise of depth.
 const WITHIN_EDGES: f64 = 1.5;
-
 /// A map without views contradicts by its floor alone, which is half as often as one with views does (measured on simulated flats): there
 /// it counts so many times.
 const BY_FLOOR_ALONE: usize = 2;

@@ -11,7 +11,9 @@ use crate::seen_space::{SeenSpace, Sight};
 
 /// A point has its counterpart within so many edges, of the coarser map: the surface goes through voxels up to one apart, and half
 /// as much again is noise.
-pub(crate) const SAME_EDGES: f64 = 1.5;
+const SAME_EDGES: f64 = 1.5;
+/// ... and within this: twice the noise that two maps have at 4 m, 2.3 cm each.
+const LEAST_SAME_M: f64 = 0.065;
 /// Points of one thing are no farther apart than this.
 const LINKED_EDGES: f64 = 2.0;
 /// Points that the other map does not have belong to a thing that has gone when they are so near to it.
@@ -21,7 +23,6 @@ const GROWN_EDGES: f64 = 3.0;
 const LEAST_M2: f64 = 0.02;
 /// ... and so is one of fewer points, which of a coarse map are more surface.
 const LEAST_POINTS: usize = 10;
-
 /// At least this share of a group is to be seen through from its front: what is seen through from behind alone may be the back of something
 /// that has a hole in the other map.
 const LEAST_SURE: f64 = 0.3;
@@ -60,6 +61,11 @@ pub struct Changes {
     pub only_in_a: Vec<Group>,
     /// Of the second map, where it is not known where the first one looked.
     pub only_in_b: Vec<Group>,
+}
+
+/// How near to each other the points of one surface are in two maps, of which the coarser one has this edge.
+pub(crate) fn same_within_m(edge_m: f64) -> f64 {
+    LEAST_SAME_M.max(SAME_EDGES * edge_m)
 }
 
 /// A map that is compared with another.
@@ -114,7 +120,7 @@ pub(crate) fn one_sided(
 ) -> Option<OneSided> {
     let edge_m = own.map.edge_m.max(other.map.edge_m);
     let is_sided = own.map.is_sided() && other.map.is_sided();
-    let nearby = other.nearby(SAME_EDGES * edge_m, is_sided, |_| true)?;
+    let nearby = other.nearby(same_within_m(edge_m), is_sided, |_| true)?;
     let is_known = !other_seen.is_empty();
     let sight = |point_m: &Point3<f32>, normal: Option<Vector3<f32>>| {
         if !is_known {

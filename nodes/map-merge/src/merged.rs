@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use geometry::{BuildVoxelHasher, MapViews, NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
 use nalgebra::Isometry3;
 
-use crate::change::{Changes, SAME_EDGES, Side};
+use crate::change::{Changes, Side, same_within_m};
 use crate::saved_map::SavedMap;
 
 /// The first map without what has gone, and what the second one has besides, one point a voxel of the first. In the first map's
@@ -28,7 +28,7 @@ pub(crate) fn merged(
     }
     let edge_m = a.edge_m.max(b.edge_m);
     let is_sided = a.is_sided() && b.is_sided();
-    let nearby = of_a.nearby(SAME_EDGES * edge_m, is_sided, |index| is_kept[index])?;
+    let nearby = of_a.nearby(same_within_m(edge_m), is_sided, |index| is_kept[index])?;
     let grid = VoxelGrid::new(a.edge_m).ok()?;
     let has_normals = a.has_normals() && b.has_normals();
     let has_colours = [a, b].iter().any(|map| !map.points.colours.is_empty());

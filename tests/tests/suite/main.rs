@@ -43,6 +43,7 @@ mod following;
 mod foreign;
 mod killed_nodes;
 mod logs;
+mod merged_maps;
 mod mesh_files;
 mod mounting;
 mod network;
