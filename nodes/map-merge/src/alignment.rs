@@ -109,7 +109,7 @@ impl<'a> Pair<'a> {
     }
 
     /// In the frames of the files.
-    fn from_level(&self, level: &Isometry3<f64>) -> Isometry3<f64> {
+    fn of_level(&self, level: &Isometry3<f64>) -> Isometry3<f64> {
         self.a.map.level_from_map.inverse() * level * self.b.map.level_from_map
     }
 
@@ -126,7 +126,7 @@ impl<'a> Pair<'a> {
         let heights_m = shifts_m(a, b);
         let of_place = |place| heights_m.iter().map(move |up_m| (place, *up_m));
         let guesses = found.places.iter().flat_map(of_place);
-        let guesses = guesses.map(|(place, up_m)| self.from_level(&found.a_from_b(place, up_m)));
+        let guesses = guesses.map(|(place, up_m)| self.of_level(&found.a_from_b(place, up_m)));
         Some(std::iter::once(Isometry3::identity()).chain(guesses).collect())
     }
 
@@ -149,7 +149,7 @@ impl<'a> Pair<'a> {
             executor,
         )
         .ok()?;
-        let a_from_b = self.from_middles(&found.target_from_source);
+        let a_from_b = self.of_middles(&found.target_from_source);
         let agreement = agreement(&self.a, &self.b, &self.level(&a_from_b));
         Some(Candidate { a_from_b, agreement })
     }
@@ -193,7 +193,7 @@ impl<'a> Pair<'a> {
         let least_overlap = if is_blind { LEAST_OVERLAP_WITHOUT_VIEWS } else { LEAST_OVERLAP };
         if !best.is_acceptable(least_overlap) {
             return Err(MergeError::NoAgreement {
-                best,
+                best: Box::new(best),
                 least: LEAST_AGREEMENT,
                 least_overlap,
                 least_m2: LEAST_SAME_M2,
@@ -202,14 +202,14 @@ impl<'a> Pair<'a> {
         if let Some(next) =
             next.filter(|next| next.is_acceptable(least_overlap) && !best.is_better_than(next))
         {
-            return Err(MergeError::Ambiguous { best, next });
+            return Err(MergeError::Ambiguous { best: Box::new(best), next: Box::new(next) });
         }
         let registration = self.refined(&best.a_from_b, executor)?;
         if let Some(weak) = registration.observability.weak().next() {
             let shift = weak.shift().map(|axis| [axis.x, axis.y, axis.z]);
             return Err(MergeError::Undetermined { shift });
         }
-        let a_from_b = self.from_middles(&registration.target_from_source);
+        let a_from_b = self.of_middles(&registration.target_from_source);
         let agreement = agreement(&self.a, &self.b, &self.level(&a_from_b));
         Ok(Alignment { a_from_b, residual_m: registration.residual_rms_m, agreement, next })
     }
@@ -224,7 +224,7 @@ impl<'a> Pair<'a> {
         self.a.map.middle_from_map * a_from_b * self.b.map.middle_from_map.inverse()
     }
 
-    fn from_middles(&self, middles: &Isometry3<f64>) -> Isometry3<f64> {
+    fn of_middles(&self, middles: &Isometry3<f64>) -> Isometry3<f64> {
         self.a.map.middle_from_map.inverse() * middles * self.b.map.middle_from_map
     }
 }

@@ -133,11 +133,11 @@ pub(crate) fn one_sided(
     };
     let (mut seeds, mut rest): (Vec<Numbered>, Vec<Numbered>) = (Vec::new(), Vec::new());
     let mut is_sure = vec![false; own.len()];
-    for index in 0..own.len() {
+    for (index, is_sure) in is_sure.iter_mut().enumerate() {
         let Some((point_m, normal)) = own.placed(index) else { continue };
         if !nearby.has(&point_m, normal.as_ref()) {
             let sight = sight(&point_m, normal);
-            is_sure[index] = sight == Sight::ThroughFromItsFront;
+            *is_sure = sight == Sight::ThroughFromItsFront;
             (if sight == Sight::NotThrough { &mut rest } else { &mut seeds })
                 .push((index, point_m));
         }

@@ -55,7 +55,7 @@ pub enum MergeError {
     )]
     NoAgreement {
         /// The best place.
-        best: Candidate,
+        best: Box<Candidate>,
         /// The share that is to agree.
         least: f64,
         /// The share of the smaller map that the other must know.
@@ -72,9 +72,9 @@ pub enum MergeError {
     )]
     Ambiguous {
         /// The best place.
-        best: Candidate,
+        best: Box<Candidate>,
         /// The other one.
-        next: Candidate,
+        next: Box<Candidate>,
     },
     /// A direction is not determined, as along a bare corridor.
     #[error("the surfaces of both maps do not determine where the one lies in the other{}", along(.shift))]
