@@ -135,13 +135,15 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         let folder = folder_of(&args.output).display().to_string();
         return Err(Failure::new(format!("the folder {folder} does not exist")));
     }
-    let points = args.selection.of(MapFile::read(&args.map)?.points)?;
+    let map = MapFile::read(&args.map)?;
+    let points = args.selection.of(map.points)?;
+    let views = args.selection.views_of(map.views)?;
     let OrientedPoints { points_m, normals, colours } = &points;
     let failed =
         |error: &dyn std::fmt::Display| Failure::new(format!("{}: {error}", args.map.display()));
     let mut size = String::new();
     let bytes = match form {
-        Form::Ply => ply::encode_with_colours(points_m, normals, colours),
+        Form::Ply => ply::encode_map(&points, &views),
         Form::Pcd => pcd::encode_with_colours(points_m, normals, colours),
         Form::Octomap => octomap_of(points_m, args.edge.unwrap_or(OCTOMAP_EDGE_M))?,
         Form::Las { is_compressed } => {
@@ -327,10 +329,19 @@ mod tests {
         assert!(std::fs::read(path("a.laz")).unwrap().starts_with(b"LASF"));
         run(&args(&path("a.ply"), &path("a.e57"))).unwrap();
         assert!(std::fs::read(path("a.e57")).unwrap().starts_with(b"ASTM-E57"));
+        // The views of a map go with it.
+        let view = "7 1.0 2.0 0.5 0 0 0 1 640 480 525 525 319.5 239.5".parse().unwrap();
+        let seen = OrientedPoints { points_m: room(), ..OrientedPoints::default() };
+        std::fs::write(path("seen.ply"), ply::encode_map(&seen, &[view])).unwrap();
+        let selection = options_for_test("--transform 1 0 0 0 0 0");
+        run(&ExportArgs { selection, ..args(&path("seen.ply"), &path("b.ply")) }).unwrap();
+        let views = ply::views_of(&std::fs::read(path("b.ply")).unwrap()).unwrap();
+        assert_eq!(views.len(), 1);
+        assert_eq!(views[0].map_from_camera.translation.vector, Vector3::new(2.0, 2.0, 0.5));
         let selection = options_for_test("--crop 5 5 5 6 6 6");
-        let error = run(&ExportArgs { selection, ..args(&path("room.ply"), &path("b.ply")) });
+        let error = run(&ExportArgs { selection, ..args(&path("room.ply"), &path("c.ply")) });
         assert!(error.unwrap_err().to_string().contains("20000 points"));
-        assert!(!path("b.ply").exists());
+        assert!(!path("c.ply").exists());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Which points of a map are exported, and where they are then.
 
 use clap::Args;
-use geometry::{OrientedPoints, VoxelGrid};
+use geometry::{MapView, OrientedPoints, VoxelGrid};
 use nalgebra::{Isometry3, Point2, Point3, Vector3};
 use reconstruction::one_a_voxel;
 
@@ -55,6 +55,20 @@ impl Selection {
             )));
         }
         Ok(points)
+    }
+
+    /// The views that the map was seen from, where it is then: a part of a map was seen from all of them.
+    ///
+    /// # Errors
+    /// When `--transform` means nothing.
+    pub(super) fn views_of(&self, mut views: Vec<MapView>) -> Result<Vec<MapView>, Failure> {
+        if let Some(numbers) = &self.transform {
+            let new_from_map = pose_of_numbers("--transform", numbers)?;
+            for view in &mut views {
+                view.map_from_camera = new_from_map * view.map_from_camera;
+            }
+        }
+        Ok(views)
     }
 }
 
