@@ -59,7 +59,7 @@ impl Report {
         let parts = |groups: &[Group], map: &SavedMap| {
             let mut parts: Vec<Part> =
                 groups.iter().map(|group| Part::of(group, map.edge_m)).collect();
-            parts.sort_by(|one, other| other.points.cmp(&one.points));
+            parts.sort_by_key(|part| std::cmp::Reverse(part.points));
             parts
         };
         let (alignment, changes) = (&merge.alignment, &merge.changes);
