@@ -12,8 +12,8 @@ use volume::{DepthNoise, FARTHEST_SEEN_M, NEAREST_SEEN_M};
 
 use crate::saved_map::{Piece, PreparedMap};
 
-/// Views are rendered into images of no more columns than this: 0.7 degrees each, which are 5 cm at 4 m.
-const MOST_COLUMNS: usize = 80;
+/// Views are rendered into images with no more pixels along a side than this: 0.7 degrees each, which are 5 cm at 4 m.
+const MOST_ALONG_SIDE: usize = 80;
 /// Points become squares of this many edges, so that the surfaces of maps have no holes: along a diagonal points are 1.4 edges apart.
 const SPLAT_EDGES: f64 = 1.5;
 /// The widest square, in pixels to either side: of what is nearer than some 0.3 m, where no camera measures.
@@ -73,7 +73,8 @@ struct Optics {
 impl Optics {
     fn of(view: &MapView) -> Self {
         let camera = &view.camera;
-        let scale = (MOST_COLUMNS as f64 / camera.width_px as f64).min(1.0);
+        let longer_px = camera.width_px.max(camera.height_px);
+        let scale = (MOST_ALONG_SIDE as f64 / longer_px as f64).min(1.0);
         let scaled = |pixels: usize| ((pixels as f64 * scale).round() as usize).max(1);
         // A pixel's centre has whole coordinates, so that the image begins half a pixel before 0.
         let middle = |middle_px: f64| (middle_px + 0.5) * scale - 0.5;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::{MapView, OrientedPoints, VoxelKey, pcd, ply};
+use geometry::{MapView, MapViews, OrientedPoints, VoxelKey, pcd, ply};
 use reconstruction::octomap;
 
 use crate::failure::Failure;
@@ -36,7 +36,9 @@ impl MapFile {
                 let bytes = bytes()?;
                 let points = ply::decode_with_normals(&bytes).map_err(|error| wrong(&error))?;
                 let views = ply::views_of(&bytes).map_err(|error| wrong(&error))?;
-                Ok(Self { points, views, edge_m: None })
+                // No more than a map has, whatever the file says.
+                let views: MapViews = views.into_iter().collect();
+                Ok(Self { points, views: views.as_slice().to_vec(), edge_m: None })
             }
             Some("pcd") => {
                 let points = pcd::decode_with_normals(&bytes()?).map_err(|error| wrong(&error))?;
