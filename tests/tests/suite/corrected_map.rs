@@ -8,7 +8,7 @@ use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::{SegmentedCloud, StageReport};
 use nalgebra::{Isometry3, Point3};
-use node_shell::{Node, Publisher, Qos, RosArguments, Subscription};
+use node_shell::{Node, PublishError, Publisher, Qos, RosArguments, Subscription};
 use tokio::time::timeout;
 
 use crate::program::Running;
@@ -65,13 +65,20 @@ impl Peer {
         }
     }
 
-    /// From now on the way has been `x_m` farther on at its begin.
-    fn correct(&self, x_m: f64) {
+    /// From now on the way has been `x_m` farther on at its begin. A latched message is not taken before the one before it has been
+    /// acknowledged.
+    async fn correct(&self, x_m: f64) {
         let stamp = Stamp::default().plus_seconds(0.5);
         let vertex = PathVertex { stamp, map_from_rig: Isometry3::translation(x_m, 0.0, 0.0) };
         let since = Stamp::default().plus_seconds(self.second + 0.5);
         let path = MapPath::new(since, "map", vec![vertex]).unwrap();
-        self.paths.publish(convert::message_from_map_path(&path)).unwrap();
+        let taken = async {
+            while let Err(error) = self.paths.publish(convert::message_from_map_path(&path)) {
+                assert!(matches!(error, PublishError::NotAcknowledged { .. }), "{error}");
+                tokio::time::sleep(Duration::from_millis(10)).await;
+            }
+        };
+        timeout(PATIENCE, taken).await.unwrap();
     }
 
     /// Waits for a map of these points.
@@ -126,13 +133,13 @@ async fn a_map_in_another_process_follows_the_way() {
     let reconstruction = Running::start(["node", "reconstruction"].into_iter().chain(arguments));
     timeout(PATIENCE, peer.meet()).await.unwrap();
 
-    peer.correct(0.0);
+    peer.correct(0.0).await;
     // In the middle of a voxel, that its mean is it to the bit however often it is seen.
     let before = [0.5, 0.5, 0.5];
     peer.see_until(before, |report| !has_corrections(report)).await;
     peer.hear_map(&[before]).await;
     // Where all was that was seen by then is two metres on; what is seen later stays.
-    peer.correct(2.0);
+    peer.correct(2.0).await;
     let after = [4.5, 0.5, 0.5];
     peer.see_until(after, has_corrections).await;
     peer.hear_map(&[[2.5, 0.5, 0.5], after]).await;
