@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use geometry::{OccupancyGrid, OrientedPoints, Stamp, VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::{Point3, Vector3};
-use node_shell::{folder_of, write_whole_file};
 use reconstruction::grid::{GridConfig, GridFloor, GridPoints, GridSource, grid_of_points};
 use reconstruction::mesh::{self, mesh_of_points};
 use reconstruction::{MeshForm, octomap};
@@ -21,7 +20,7 @@ use crate::e57_file;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::las_file::{LasError, LasFile, LasKind};
-use crate::map_file::MapFile;
+use crate::map_file::{MapFile, check_folder, write};
 
 /// The edge of an octomap's voxels by default.
 const OCTOMAP_EDGE_M: f64 = 0.05;
@@ -131,10 +130,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     let outputs =
         std::iter::once(args.output.clone()).chain((form == Form::Grid).then(|| image.clone()));
     refuse_to_replace(outputs, args.overwrite, "-o")?;
-    if !folder_of(&args.output).is_dir() {
-        let folder = folder_of(&args.output).display().to_string();
-        return Err(Failure::new(format!("the folder {folder} does not exist")));
-    }
+    check_folder(&args.output)?;
     let map = MapFile::read(&args.map)?;
     let points = args.selection.of(map.points)?;
     let views = args.selection.views_of(map.views)?;
@@ -222,11 +218,6 @@ fn octomap_of(points_m: &[Point3<f32>], edge_m: f64) -> Result<Vec<u8>, Failure>
     let grid = VoxelGrid::new(edge_m).map_err(|error| wrong(&error))?;
     let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
     octomap::encode(edge_m, &voxels).map_err(|error| wrong(&error))
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    write_whole_file(path, bytes)
-        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }
 
 /// Options from a command line.

@@ -1,8 +1,9 @@
-//! Saved maps, read from any of the files that the suite writes.
+//! Files of saved maps: read in any of the forms that the suite writes, and written.
 
 use std::path::Path;
 
 use geometry::{MapView, MapViews, OrientedPoints, VoxelKey, pcd, ply};
+use node_shell::{folder_of, write_whole_file};
 use reconstruction::octomap;
 
 use crate::failure::Failure;
@@ -56,4 +57,19 @@ impl MapFile {
             _ => Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt")),
         }
     }
+}
+
+/// Refuses a file in a folder that is not there, before the work for it begins.
+pub(crate) fn check_folder(path: &Path) -> Result<(), Failure> {
+    let folder = folder_of(path);
+    if folder.is_dir() {
+        return Ok(());
+    }
+    Err(Failure::new(format!("the folder {} does not exist", folder.display())))
+}
+
+/// Writes a file whole, or leaves the one that is there.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    write_whole_file(path, bytes)
+        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }

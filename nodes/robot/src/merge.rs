@@ -12,7 +12,7 @@ use estimation::ScopedThreads;
 use geometry::{OrientedPoints, ply};
 use map_merge::{Group, Merge, MergeError, SavedMap, merge};
 use nalgebra::Isometry3;
-use node_shell::{folder_of, write_whole_file};
+use node_shell::folder_of;
 use reconstruction::mesh::edge_of_map_points_m;
 
 use self::report::Report;
@@ -20,7 +20,7 @@ use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::map_file::MapFile;
+use crate::map_file::{MapFile, check_folder, write};
 use crate::pose_numbers::pose_of_numbers;
 
 /// Colours of the change map, of the palette of Okabe and Ito, which people who see few colours tell apart too: vermilion and bluish green, and
@@ -109,11 +109,8 @@ fn check(path: &Path, option: &str) -> Result<(), Failure> {
         return Err(Failure::new(format!("{} is no .ply file", path.display()))
             .fix(format!("{option} must end in .ply; stillmap export makes other forms of it")));
     }
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(Failure::new(format!("the folder {} does not exist", folder.display())));
-    }
-    rustix::fs::access(folder, rustix::fs::Access::WRITE_OK).map_err(|error| {
+    check_folder(path)?;
+    rustix::fs::access(folder_of(path), rustix::fs::Access::WRITE_OK).map_err(|error| {
         Failure::new(format!("cannot write {}: {error}", path.display()))
             .fix(format!("{option} names another place"))
     })
@@ -167,9 +164,4 @@ fn change_map(first: &SavedMap, second: &SavedMap, merged: &Merge) -> OrientedPo
     add(first, &here, &changes.only_in_a, ONLY_IN_FIRST);
     add(second, &there, &changes.only_in_b, ONLY_IN_SECOND);
     all
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    write_whole_file(path, bytes)
-        .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }
