@@ -40,8 +40,6 @@ pub struct EarlierCycles {
     cycles: VecDeque<Vec<StaticPoint>>,
     /// What objects were taken from them, as long as something returns from there.
     of_found: Vec<PointOfFound>,
-    /// The voxels of the last cycle's objects.
-    objects_last: Voxels,
 }
 
 /// A point of an earlier cycle that is an object's by now.
@@ -58,31 +56,28 @@ impl EarlierCycles {
         *self = Self::default();
     }
 
-    /// Remembers a cycle: its static points of places that were not known, and the voxels of its objects.
-    pub fn remember(
-        &mut self,
-        of_static: impl Iterator<Item = StaticPoint>,
-        of_objects: impl Iterator<Item = VoxelKey>,
-    ) {
+    /// Remembers a cycle by its static points of places that were not known.
+    pub fn remember(&mut self, of_static: impl Iterator<Item = StaticPoint>) {
         if self.cycles.len() == CYCLES {
             self.cycles.pop_front();
         }
         self.cycles.push_back(of_static.collect());
-        self.objects_last = of_objects.collect();
     }
 
     /// What objects left in cycles before they were found, and is not there any more by the image of this cycle. Each object is given by
-    /// its voxels in this cycle; one that moved in the last cycle, too, is known already. What is returned is forgotten here.
+    /// its voxels in this cycle; one beside the voxels that objects had in the last cycle is known already. What is returned is
+    /// forgotten here.
     pub fn of_objects(
         &mut self,
         objects: impl Iterator<Item: Iterator<Item = VoxelKey>>,
+        last_object_voxels: &HashSet<VoxelKey>,
         view: &TiledView,
         voxel_edge_m: f64,
     ) -> Vec<Point3<f64>> {
         for voxels in objects {
             let voxels: Vec<VoxelKey> = voxels.collect();
             let mut around = voxels.iter().flat_map(|voxel| voxel.within(STEPS_A_CYCLE));
-            if around.any(|voxel| self.objects_last.contains(&voxel)) {
+            if around.any(|voxel| last_object_voxels.contains(&voxel)) {
                 continue;
             }
             let mut object = Object::of(&voxels, voxel_edge_m);

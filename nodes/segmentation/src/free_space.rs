@@ -151,7 +151,8 @@ impl FreeSpaceSegmenter {
         }
         // Without the points that were kept from the last cycle: they would be kept for ever.
         let of_groups = groups.iter().flat_map(|group| &group.points);
-        self.last_object_voxels = of_groups.map(|&point| voxels[point]).collect();
+        let of_groups = of_groups.map(|&point| voxels[point]).collect();
+        let objects_before = std::mem::replace(&mut self.last_object_voxels, of_groups);
         let newly_occupied = (0..classes.len())
             .filter(|&point| is_dynamic[point] && classes[point] == PointClass::SeenEmpty)
             .map(|point| &points_in_map[point]);
@@ -169,8 +170,12 @@ impl FreeSpaceSegmenter {
         for &point in &settled {
             self.occupancy.take_for_occupied(&points_in_map[point], long_ago);
         }
-        let retracted_m =
-            self.retract(cycle, (points_in_map, &voxels), &classes, (&groups, &is_dynamic));
+        let retracted_m = self.retract(
+            cycle,
+            (points_in_map, &voxels, &classes),
+            (&groups, &is_dynamic),
+            &objects_before,
+        );
         observe(Step::Evidence);
         Judged { is_dynamic, tracks, in_zone: seeds.in_zone, retracted_m }
     }
@@ -179,13 +184,16 @@ impl FreeSpaceSegmenter {
     fn retract(
         &mut self,
         cycle: &DetectedCycle,
-        (points_in_map, voxels): (&[Point3<f64>], &[VoxelKey]),
-        classes: &[PointClass],
+        (points_in_map, voxels, classes): (&[Point3<f64>], &[VoxelKey], &[PointClass]),
         (groups, is_dynamic): (&[MovingGroup], &[bool]),
+        objects_before: &HashSet<VoxelKey>,
     ) -> Vec<Point3<f32>> {
         let of_groups = groups.iter().map(|group| group.points.iter().map(|&point| voxels[point]));
         let retracted = match self.recent_views.latest() {
-            Some(view) => self.earlier_cycles.of_objects(of_groups, view, self.grid.edge_m()),
+            Some(view) => {
+                let edge_m = self.grid.edge_m();
+                self.earlier_cycles.of_objects(of_groups, objects_before, view, edge_m)
+            }
             None => Vec::new(),
         };
         for point in &retracted {
@@ -197,8 +205,7 @@ impl FreeSpaceSegmenter {
                 voxel: voxels[point],
                 in_map_m: points_in_map[point].cast(),
             });
-        let of_groups = groups.iter().flat_map(|group| group.points.iter());
-        self.earlier_cycles.remember(of_static, of_groups.map(|&point| voxels[point]));
+        self.earlier_cycles.remember(of_static);
         let map_from_continuous = cycle.map_from_continuous.unwrap_or_default();
         retracted.iter().map(|point| (map_from_continuous * point).cast()).collect()
     }

@@ -25,7 +25,7 @@ fn cycles(count: u32, and: &[StaticPoint]) -> EarlierCycles {
     let mut cycles = EarlierCycles::default();
     for index in 0..count {
         let all = column(place_m(index), 0.0).into_iter().chain(and.iter().copied());
-        cycles.remember(all, std::iter::empty());
+        cycles.remember(all);
     }
     cycles
 }
@@ -47,7 +47,7 @@ fn sees_from(x_m: f64) -> TiledView {
 
 fn retracted(cycles: &mut EarlierCycles, found_m: f64, view: &TiledView) -> Vec<Point3<f64>> {
     let object = column(found_m, 0.0);
-    cycles.of_objects(std::iter::once(voxels(&object)), view, EDGE_M)
+    cycles.of_objects(std::iter::once(voxels(&object)), &HashSet::new(), view, EDGE_M)
 }
 
 #[test]
@@ -76,9 +76,10 @@ fn what_is_seen_where_it_was_stays() {
 #[test]
 fn an_object_that_moved_a_cycle_ago_left_nothing() {
     let mut cycles = cycles(6, &[]);
-    let there = column(place_m(6), 0.0);
-    cycles.remember(std::iter::empty(), voxels(&there));
-    assert_eq!(retracted(&mut cycles, place_m(7), &sees_from(1.5)), []);
+    let before = voxels(&column(place_m(6), 0.0)).collect();
+    let object = column(place_m(7), 0.0);
+    let objects = std::iter::once(voxels(&object));
+    assert_eq!(cycles.of_objects(objects, &before, &sees_from(1.5), EDGE_M), []);
 }
 
 #[test]
@@ -94,7 +95,12 @@ fn what_stands_beside_farther_than_a_body_reaches_stays() {
     );
     // Of another object far away nothing was seen.
     let elsewhere = column(3.0, 1.5);
-    let none = cycles.of_objects(std::iter::once(voxels(&elsewhere)), &sees_from(1.9), EDGE_M);
+    let none = cycles.of_objects(
+        std::iter::once(voxels(&elsewhere)),
+        &HashSet::new(),
+        &sees_from(1.9),
+        EDGE_M,
+    );
     assert_eq!(none, []);
 }
 
@@ -102,7 +108,7 @@ fn what_stands_beside_farther_than_a_body_reaches_stays() {
 fn what_is_longer_ago_is_forgotten() {
     let mut cycles = cycles(3, &[]);
     for _ in 0..CYCLES {
-        cycles.remember(std::iter::empty(), std::iter::empty());
+        cycles.remember(std::iter::empty());
     }
     assert_eq!(retracted(&mut cycles, place_m(1), &sees_from(1.9)), []);
     assert_eq!(cycles.cycles.len(), CYCLES);
