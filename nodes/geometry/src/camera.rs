@@ -64,6 +64,19 @@ pub enum CameraModelError {
         /// Row.
         cy_px: f64,
     },
+    /// A pixel looks nearly along the image plane, or all pixels look into one direction.
+    #[error(
+        "a focal length of {focal_px:?} px, and a pixel {farthest_px:?} px from the principal point: no lens shows that; \
+         a pixel is at most {:.1} degrees from the axis, and a focal length at most {} px",
+        CameraModel::STEEPEST_SLOPE.atan().to_degrees(),
+        CameraModel::LONGEST_FOCAL_LENGTH_PX
+    )]
+    View {
+        /// The focal length along one axis of the image.
+        focal_px: f64,
+        /// How far the border of the image is from the principal point along that axis.
+        farthest_px: f64,
+    },
     /// A distortion coefficient is not finite.
     #[error("distortion coefficient {index} is {value}: it must be a finite number")]
     Distortion {
@@ -79,10 +92,17 @@ impl CameraModel {
     /// states a wrong size must not decide how much memory is taken.
     pub const MAX_PIXELS: usize = 1 << 24;
 
+    /// The steepest direction of a pixel, before the distortion: x or y over z. A lens without distortion that sees 120 degrees
+    /// has 1.7; with this the farthest depth that an image can state lies within kilometres.
+    const STEEPEST_SLOPE: f64 = 100.0;
+
+    /// The longest focal length: a pixel of the longest telescopes of survey cameras has 1e5.
+    const LONGEST_FOCAL_LENGTH_PX: f64 = 1e6;
+
     /// Checks that the numbers describe a camera.
     ///
     /// # Errors
-    /// When a number is not finite, a focal length is not positive, or the image has no pixels or
+    /// When a number is not finite, a focal length is not positive, no lens has such a view, or the image has no pixels or
     /// more than [`MAX_PIXELS`](Self::MAX_PIXELS).
     pub fn validate(&self) -> Result<(), CameraModelError> {
         let Self { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion } = *self;
@@ -96,6 +116,15 @@ impl CameraModel {
         }
         if !cx_px.is_finite() || !cy_px.is_finite() {
             return Err(CameraModelError::PrincipalPoint { cx_px, cy_px });
+        }
+        for (size_px, focal_px, middle_px) in [(width_px, fx_px, cx_px), (height_px, fy_px, cy_px)]
+        {
+            let farthest_px = middle_px.abs().max((size_px as f64 - middle_px).abs());
+            let is_view = focal_px <= Self::LONGEST_FOCAL_LENGTH_PX
+                && farthest_px <= Self::STEEPEST_SLOPE * focal_px;
+            if !is_view {
+                return Err(CameraModelError::View { focal_px, farthest_px });
+            }
         }
         let coefficients = distortion.coefficients();
         match coefficients.iter().enumerate().find(|(_, value)| !value.is_finite()) {

@@ -140,6 +140,9 @@ fn numbers_that_describe_no_camera_are_refused() {
         (CameraModel { fx_px: 0.0, ..good }, "0 and 518.133164"),
         (CameraModel { fy_px: f64::NAN, ..good }, "NaN"),
         (CameraModel { cx_px: f64::INFINITY, ..good }, "column inf"),
+        (CameraModel { fx_px: 5e-324, ..good }, "a focal length of 5e-324 px"),
+        (CameraModel { fy_px: 1e300, ..good }, "at most 1000000 px"),
+        (CameraModel { cy_px: -1e5, ..good }, "a pixel 100480.0 px from the principal point"),
         (CameraModel { distortion: bad_coefficients, ..good }, "coefficient 3 is inf"),
     ] {
         let error = RayTable::new(&camera).unwrap_err().to_string();

@@ -66,11 +66,14 @@ impl PinholeFit {
         let [width_px, height_px] = self.size_px;
         let distortion = Distortion::None;
         let camera = CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion };
-        camera.validate()?;
-        if !self.fits(&camera) {
+        let validated = camera.validate();
+        // Points of another frame may fit a view that no lens has: how far off they are says more.
+        let is_camera = matches!(validated, Ok(()) | Err(CameraModelError::View { .. }));
+        if is_camera && !self.fits(&camera) {
             let residual_px = (self.squares_px(&camera) / self.across.points).sqrt();
             return Err(PinholeFitError::Residual { residual_px });
         }
+        validated?;
         Ok(camera)
     }
 

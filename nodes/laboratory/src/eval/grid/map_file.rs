@@ -6,6 +6,9 @@ use geometry::{GridCell, OccupancyGrid};
 use robot::Failure;
 use serde::Deserialize;
 
+/// An origin is at most so many cells away, along x and y: cells are counted in 32 bits.
+const FARTHEST_CELLS: f64 = (1 << 30) as f64;
+
 /// What the YAML file says.
 #[derive(Deserialize)]
 struct MapYaml {
@@ -46,7 +49,15 @@ pub(super) fn read(path: &Path) -> Result<OccupancyGrid, Failure> {
             GridCell::Unknown
         }
     };
-    let least = [yaml.origin[0], yaml.origin[1]].map(|m| (m / yaml.resolution).round() as i32);
+    let least = [yaml.origin[0], yaml.origin[1]].map(|m| (m / yaml.resolution).round());
+    if !least.iter().all(|cells| cells.abs() <= FARTHEST_CELLS) {
+        let [x_m, y_m, ..] = yaml.origin;
+        return Err(wrong(&format_args!(
+            "an origin at ({x_m:?}, {y_m:?}) m is more than {FARTHEST_CELLS} cells of {:?} m away",
+            yaml.resolution
+        )));
+    }
+    let least = least.map(|cells| cells as i32);
     Ok(OccupancyGrid {
         frame_id: "map".to_owned(),
         resolution_m: yaml.resolution,

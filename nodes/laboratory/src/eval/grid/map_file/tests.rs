@@ -34,6 +34,8 @@ fn a_file_that_is_no_map_is_an_error_that_says_so() {
         (yaml("resolution: 0.0\n"), IMAGE, "a resolution of 0 m"),
         (yaml("resolution: .nan\n"), IMAGE, "a resolution of NaN m"),
         (yaml(""), IMAGE, "resolution"),
+        (yaml("resolution: 1.0e-320\n"), IMAGE, "more than 1073741824 cells of 1e-320 m"),
+        (yaml("resolution: 0.5\n").replace("2.5", "1.0e23"), IMAGE, "an origin at (-1.0, 1e23) m"),
         (yaml("resolution: 0.5\n"), &IMAGE[..16], "no binary PGM"),
         (yaml("resolution: 0.5\n"), b"P2\n1 1\n255\n7", "no binary PGM"),
         (yaml("resolution: 0.5\n"), b"P5\n0 0\n255\n", "no binary PGM"),
