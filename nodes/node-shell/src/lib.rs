@@ -83,6 +83,7 @@ pub use node::host::{Host, let_peers_run};
 pub use node::life::LifecycleState;
 pub use process::failure::NodeFailure;
 pub use process::log;
+pub use process::panicked::{Panicked, caught};
 pub use process::shutdown::Shutdown;
 pub use process::spill_folder::{SpillFolder, SpillFolderError};
 pub use process::throttle::{Throttle, WARNING_PERIOD};

@@ -1,9 +1,10 @@
-//! The parts of a process that do not depend on ROS: its log, its memory, its end; warnings that are not repeated at
+//! The parts of a process that do not depend on ROS: its log, its memory, its end; panics that are caught; warnings that are not repeated at
 //! each message; files that are written whole, and their versions; the folder of what has no room in memory.
 
 pub(crate) mod failure;
 pub mod log;
 pub(crate) mod memory;
+pub(crate) mod panicked;
 pub(crate) mod shutdown;
 pub(crate) mod spill_folder;
 pub(crate) mod throttle;

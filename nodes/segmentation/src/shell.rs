@@ -15,8 +15,8 @@ use msgs::stillmap_msgs::Tracks;
 use msgs::visualization_msgs::MarkerArray;
 use node_shell::parameters::NodeParameters;
 use node_shell::{
-    Arrived, Counters, Node, NodeFailure, PipelineWatch, Program, Publisher, Qos, StageReporter,
-    StepTimer, Throttle, ValuePublisher, ValueSubscription,
+    Arrived, Counters, Node, NodeFailure, Panicked, PipelineWatch, Program, Publisher, Qos,
+    StageReporter, StepTimer, Throttle, ValuePublisher, ValueSubscription,
 };
 
 use crate::filter::Verdict;
@@ -195,7 +195,7 @@ impl Stage {
         };
         self.next_cycle = index.wrapping_add(1);
         let mut timer = StepTimer::start();
-        match self.segment(arrived, &mut timer) {
+        match self.guarded(|stage| stage.segment(arrived, &mut timer)) {
             Ok(counts) => {
                 self.reporter.processed(header, index, &counts, &timer);
                 self.reporter.keeps_pace(self.cycles.lost_count(), &timer, REMEDY);
@@ -204,6 +204,19 @@ impl Stage {
                 self.reporter.dropped(header, self.next_cycle, (cause, &reason), &[]);
             }
         }
+    }
+
+    /// What a step gives. After a panic in it nothing is known of earlier cycles: what it left half done is dropped.
+    fn guarded<T>(
+        &mut self,
+        step: impl FnOnce(&mut Self) -> Result<T, (&'static str, String)>,
+    ) -> Result<T, (&'static str, String)> {
+        let panicked = match node_shell::caught(|| step(self)) {
+            Ok(done) => return done,
+            Err(panicked) => panicked,
+        };
+        let fresh = self.reset().map_err(|error| (FAILED, error.to_string()));
+        fresh.and(Err((Panicked::CAUSE, panicked.to_string())))
     }
 
     /// Segments a cycle and publishes what comes of it; otherwise the cause of its drop and the reason.

@@ -4,7 +4,9 @@
 use calibration::DepthOptics;
 use geometry::{CameraModel, Scan, Stamp, StampedPose};
 use msgs::convert;
-use node_shell::{Counters, GrantedBuffer, Node, NodeFailure, StepTimer, Throttle, TransformWait};
+use node_shell::{
+    Counters, GrantedBuffer, Node, NodeFailure, Panicked, StepTimer, Throttle, TransformWait,
+};
 
 use super::camera::Camera;
 use super::colour::{Colours, NoColours};
@@ -323,17 +325,22 @@ impl Stage {
 
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>, pose: &StampedPose) {
         let mut timer = StepTimer::start();
-        match self.detect(matched, pose, &mut timer) {
-            Ok(detected) => {
+        match node_shell::caught(|| self.detect(matched, pose, &mut timer)) {
+            Ok(Ok(detected)) => {
                 self.rendering.take(self.inputs.view_topic(), detected.statistics.not_pinhole);
                 if let Some(jump) = detected.statistics.pose_jump {
                     self.report_jump(jump);
                 }
                 self.output.publish(detected, &self.inputs, &mut timer);
             }
-            Err(error) => {
+            Ok(Err(error)) => {
                 let reason = format!("{}: {error}", self.inputs.view_topic());
                 self.drop_scan(matched.scan_stamp, "detection failed", &reason);
+            }
+            Err(panicked) => {
+                // What the step left half done is dropped.
+                self.forget();
+                self.drop_scan(matched.scan_stamp, Panicked::CAUSE, &panicked.to_string());
             }
         }
     }

@@ -9,7 +9,7 @@ use msgs::convert::{self, LidarCloudReading, PointTimes, TimeUnit};
 use msgs::velodyne_msgs::VelodyneScan;
 use nalgebra::{Isometry3, Point3};
 use node_shell::parameters::NodeParameters;
-use node_shell::{Counters, Node, NodeFailure, StageReporter, StepTimer, Throttle};
+use node_shell::{Counters, Node, NodeFailure, Panicked, StageReporter, StepTimer, Throttle};
 
 use super::PROGRAM;
 use super::hints::Hints;
@@ -177,7 +177,25 @@ impl Stage {
         }
     }
 
-    fn scan(&mut self, cloud: &LidarCloud, revolution: Option<&Revolution>, mut timer: StepTimer) {
+    fn scan(&mut self, cloud: &LidarCloud, revolution: Option<&Revolution>, timer: StepTimer) {
+        // The local map stays after a panic: without it the pose would begin at another place.
+        if let Err(panicked) = node_shell::caught(|| self.follow(cloud, revolution, timer)) {
+            self.drop_scan(cloud.stamp, Panicked::CAUSE, &panicked.to_string());
+        }
+    }
+
+    fn drop_scan(&self, stamp: Stamp, cause: &str, reason: &str) {
+        let header = self.output.frames().header(stamp);
+        let counts = [("received_scans", self.inputs.received())];
+        self.reporter.dropped(header, self.next_scan, (cause, reason), &counts);
+    }
+
+    fn follow(
+        &mut self,
+        cloud: &LidarCloud,
+        revolution: Option<&Revolution>,
+        mut timer: StepTimer,
+    ) {
         timer.end_of("decode");
         let hint = self.hints.between(self.follower.interval(cloud));
         let mut stepped = self.follower.step(cloud, &hint);
@@ -194,11 +212,7 @@ impl Stage {
             Ok(pose) => pose,
             Err(error) => {
                 self.note_trouble(&format!("degraded: {error}"));
-                let reason = error.to_string();
-                let header = self.output.frames().header(cloud.stamp);
-                let counts = [("received_scans", self.inputs.received())];
-                let cycle = self.next_scan;
-                return self.reporter.dropped(header, cycle, ("unusable scan", &reason), &counts);
+                return self.drop_scan(cloud.stamp, "unusable scan", &error.to_string());
             }
         };
         self.late_scans = 0;

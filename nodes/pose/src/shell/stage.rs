@@ -9,7 +9,9 @@ use msgs::convert;
 use msgs::sensor_msgs::Image;
 use msgs::std_msgs::Header;
 use node_shell::parameters::NodeParameters;
-use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, StageReporter, StepTimer, Throttle};
+use node_shell::{
+    Counters, Node, NodeFailure, Panicked, Publisher, Qos, StageReporter, StepTimer, Throttle,
+};
 
 use super::PROGRAM;
 use super::cameras::{Cameras, RectifiedPair};
@@ -181,7 +183,13 @@ impl Stage {
     fn handle(&mut self, paired: Vec<Paired<Arc<Image>, Arc<Image>>>) {
         for one in paired {
             match one {
-                Paired::Pair(stamp, color, depth) => self.frame(stamp, &color, &depth),
+                Paired::Pair(stamp, color, depth) => {
+                    // The map stays after a panic: without it the pose would begin at another place.
+                    let taken = node_shell::caught(|| self.frame(stamp, &color, &depth));
+                    if let Err(panicked) = taken {
+                        self.drop_frame(stamp, Panicked::CAUSE, &panicked.to_string());
+                    }
+                }
                 Paired::ColorAlone(stamp) => {
                     let reason =
                         format!("no image of {} was taken then", self.inputs.depth_topic());

@@ -5,8 +5,8 @@ use msgs::convert;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::PointCloud2;
 use node_shell::{
-    Arrived, Counters, Node, NodeFailure, PipelineWatch, Publisher, Qos, StageReporter, StepTimer,
-    Subscription, Throttle, ValueSubscription,
+    Arrived, Counters, Node, NodeFailure, Panicked, PipelineWatch, Publisher, Qos, StageReporter,
+    StepTimer, Subscription, Throttle, ValueSubscription,
 };
 use tokio::time::Instant;
 
@@ -158,7 +158,10 @@ impl Stage {
             Arrived::Message(message) => message.header.clone(),
         };
         let mut timer = StepTimer::start();
-        match self.add(arrived, &mut timer) {
+        // The map stays after a panic: most of it was not touched, and a robot without a map is worse off.
+        let added = node_shell::caught(|| self.add(arrived, &mut timer))
+            .unwrap_or_else(|panicked| Err((Panicked::CAUSE, panicked.to_string())));
+        match added {
             Ok((points_in, addition)) => {
                 let mut counts = vec![
                     ("points_in", points_in as u64),

@@ -163,3 +163,20 @@ async fn a_cycle_comes_out_in_two_parts_with_its_report() {
     own.close().await;
     peer.close().await;
 }
+
+/// A panic in one step ended the process, and with it the nodes beside it.
+#[tokio::test]
+async fn a_panic_in_a_step_costs_its_cycle_and_what_is_known_of_earlier_ones() {
+    let host = node_shell::Host::in_process();
+    let own = host.node("segmentation", &RosArguments::parse(["--ros-args"]).unwrap()).unwrap();
+    let mut stage = Stage::new(&own, &SegmentationParameters::default()).unwrap();
+    let arrived = Arrived::Value(Arc::new(cycle()));
+    stage.take(&arrived);
+    assert!(stage.segmenter.evidence_blocks() > 0);
+    let (cause, reason) = stage.guarded(|_| -> Result<(), _> { panic!("half done") }).unwrap_err();
+    assert_eq!(cause, Panicked::CAUSE);
+    assert!(reason.ends_with("half done"), "{reason}");
+    assert_eq!(stage.segmenter.evidence_blocks(), 0);
+    stage.take(&arrived);
+    assert!(stage.segmenter.evidence_blocks() > 0 && own.counters().drops().is_empty());
+}
