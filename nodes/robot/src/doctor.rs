@@ -25,7 +25,8 @@ use crate::failure::{Failure, Outcome};
 use crate::run::inputs::TopicArgs;
 use checks::Check;
 use finding::{Finding, Severity, Tally};
-use graph::{GraphView, Listening, TopicListing};
+use graph::{GraphView, TopicListing};
+pub(crate) use graph::{Listening, Proposal};
 use machine::{Machine, ReceiveBuffer};
 
 /// The longest time that a command line may ask the doctor to listen.
@@ -148,6 +149,11 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
     let (view, buffer) = listen(transport, ros, listening)?;
     let mut findings = machine.findings(&buffer);
     findings.extend(view.findings(&machine, &buffer));
+    // Where there is none, the findings say what is missing.
+    if let Ok(proposal) = Proposal::of(&view) {
+        let command = proposal.command(&[]);
+        findings.push(Finding::ok(Check::Inputs, format!("for this graph: {command}")));
+    }
     Ok(Report { findings, topics: view.listing(), tally: Tally::default() })
 }
 
@@ -161,7 +167,8 @@ fn only(error: &TransportError) -> Report {
     Report { findings: vec![finding], ..Report::default() }
 }
 
-fn listen(
+/// Listens to the graph; returns what was observed, and the receive buffer that the kernel granted.
+pub(crate) fn listen(
     transport: Transport,
     ros: &RosArguments,
     listening: Listening,

@@ -16,6 +16,7 @@ use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::lidar::{self, LidarArgs};
+use crate::offer::Offer;
 use crate::progress::Progress;
 use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
 
@@ -149,9 +150,10 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     }
     let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let depth = visual::depth_topic(args.depth.as_deref(), &info)?;
+    let offer = Offer::of_bag(&info);
+    let depth = visual::depth_topic(args.depth.as_deref(), &offer)?;
     let depth_info = visual::depth_info_topic(&depth);
-    let topics = VisualTopics::choose(&args.topics, &depth, &depth_info, &info)?;
+    let topics = VisualTopics::choose(&args.topics, &depth, &depth_info, &offer)?;
 
     let failed = |error: NodeFailure| Failure::new(error.to_string());
     let mut tracking = Tracking::new(topics, &depth_info, &parameters).map_err(failed)?;

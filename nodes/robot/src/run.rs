@@ -10,9 +10,9 @@ mod mesh_output;
 mod output;
 pub mod parameters;
 pub mod pipeline;
-mod pose_topics;
+pub(crate) mod pose_topics;
 mod recorder;
-mod tf_frames;
+pub(crate) mod tf_frames;
 mod trajectory;
 
 use std::path::{Path, PathBuf};

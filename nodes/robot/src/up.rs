@@ -1,6 +1,8 @@
 //! `stillmap up`: the whole suite live, in one process. Messages between the nodes are not
 //! serialised; other processes receive them over DDS.
 
+mod detect;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -39,6 +41,21 @@ pub struct UpArgs {
     /// Edge of the map's voxels, in metres; of the method free_space
     #[arg(long, value_name = "METRES")]
     map_edge: Option<f64>,
+    /// Find topics, pose and mounts in the live graph, and print the command for them
+    #[arg(long, conflicts_with = "pose")]
+    detect: bool,
+    /// With --detect: start the suite with what was found
+    #[arg(long, requires = "detect")]
+    yes: bool,
+}
+
+impl UpArgs {
+    /// The arguments that go with those of a proposal.
+    fn for_command(&self) -> Vec<String> {
+        let rig = (self.rig != PRESETS[0].name).then(|| ["--rig".to_owned(), self.rig.clone()]);
+        let edge = self.map_edge.map(|edge_m| ["--map-edge".to_owned(), edge_m.to_string()]);
+        rig.into_iter().chain(edge).flatten().collect()
+    }
 }
 
 /// The nodes that publish the pose.
@@ -71,8 +88,16 @@ const PRESETS: [Preset; 3] = [
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     log::start("stillmap", &ros.log, &ros.outputs);
     ros.warn_of_options_without_effect();
+    let rig = rig(&args.rig)?;
     let mut arguments = ros.clone();
-    arguments.parameters.insert(0, rig(&args.rig)?);
+    if args.detect {
+        let proposal = detect::detect(ros, &args.for_command())?;
+        if !args.yes {
+            return Ok(Outcome::Complete);
+        }
+        arguments = detect::with_proposal(ros, &proposal)?;
+    }
+    arguments.parameters.insert(0, rig);
     arguments.parameters.extend(args.map_edge.map(|edge_m| ParameterSource::Assignment {
         node: None,
         name: "map_edge_m".to_owned(),

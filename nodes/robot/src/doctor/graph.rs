@@ -7,6 +7,7 @@ mod listing;
 mod live;
 mod pairs;
 mod participants;
+mod proposal;
 mod received;
 mod reports;
 #[cfg(test)]
@@ -24,12 +25,13 @@ use super::machine::{self, KernelDrops, Machine, ReceiveBuffer};
 use inputs::SuiteTopics;
 use large::{CameraSize, Measured};
 pub(super) use listing::TopicListing;
-pub(super) use live::{Listening, listen};
+pub(crate) use live::{Listening, listen};
+pub(crate) use proposal::Proposal;
 use received::ReceivedTopic;
 
 /// What the doctor observed of the graph.
 #[derive(Clone, Debug)]
-pub(super) struct GraphView {
+pub(crate) struct GraphView {
     /// How long the doctor listened.
     listened_s: f64,
     /// All publishers and subscriptions, by topic.

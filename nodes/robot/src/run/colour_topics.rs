@@ -9,6 +9,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image};
 use super::inputs::ViewTopics;
 use crate::console;
 use crate::failure::Failure;
+use crate::offer::Offer;
 use crate::visual::{VisualTopicArgs, VisualTopics};
 
 /// The topics of the colour camera.
@@ -35,14 +36,13 @@ impl ColourTopics {
         info: &BagInfo,
     ) -> Result<Option<Self>, Failure> {
         let ViewTopics::Depth { image: depth, camera_info } = view else { return Ok(None) };
-        let chosen = match VisualTopics::choose(args, depth, camera_info, info) {
+        let chosen = match VisualTopics::choose(args, depth, camera_info, &Offer::of_bag(info)) {
             Ok(chosen) => chosen,
             Err(_) if args.is_empty() => return Ok(None),
             Err(failure) => return Err(failure),
         };
-        let is_usual = ["rgb", "color", "colour"].iter().any(|name| chosen.image.contains(name));
         // An infrared or a grey camera is taken where it is named.
-        if args.is_empty() && !is_usual {
+        if args.is_empty() && !chosen.has_usual_name() {
             return Ok(None);
         }
         let VisualTopics { image, is_compressed, camera_info, .. } = chosen;

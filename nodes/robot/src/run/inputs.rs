@@ -1,6 +1,6 @@
 //! Which topics of a bag the pipeline reads.
 
-use bag_player::{BagInfo, TopicInfo};
+use bag_player::BagInfo;
 use clap::Args;
 use detection::shell::{DetectionParameters, PoseInput};
 use msgs::RosMessage;
@@ -11,6 +11,7 @@ use super::colour_topics::ColourTopics;
 use super::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::failure::Failure;
 use crate::lidar::{LIDAR, LidarArgs};
+use crate::offer::Offer;
 use crate::sensor_bag;
 use crate::visual::{VISUAL, VisualTopicArgs, VisualTopics};
 
@@ -19,20 +20,20 @@ use crate::visual::{VISUAL, VisualTopicArgs, VisualTopics};
 pub struct TopicArgs {
     /// The LaserScan topic, where the bag has several
     #[arg(long, value_name = "TOPIC")]
-    scan: Option<String>,
+    pub scan: Option<String>,
     /// The depth image topic (16UC1 or 32FC1)
     #[arg(long, value_name = "TOPIC")]
-    depth: Option<String>,
+    pub depth: Option<String>,
     /// The CameraInfo topic of the depth image
     #[arg(long, value_name = "TOPIC")]
-    camera_info: Option<String>,
+    pub camera_info: Option<String>,
     /// A PointCloud2 topic, to be read in place of a depth image
     #[arg(long, value_name = "TOPIC", conflicts_with_all = ["depth", "camera_info"])]
-    points: Option<String>,
+    pub points: Option<String>,
     /// The topic of the rig's poses (PoseStamped, Odometry or PoseWithCovarianceStamped); or `tf`: the robot in the map by /tf; or
     /// `visual`: visual odometry from the colour and depth images; or `lidar`: odometry from the scans of a 3D LiDAR
     #[arg(long, value_name = "TOPIC")]
-    pose: Option<String>,
+    pub pose: Option<String>,
     #[command(flatten)]
     visual: VisualTopicArgs,
     #[command(flatten)]
@@ -120,7 +121,22 @@ impl Inputs {
         info: &BagInfo,
         detection: &DetectionParameters,
     ) -> Result<Self, Failure> {
-        let choose = Chooser { info };
+        let offer = Offer::of_bag(info);
+        let is_it = |topic: &str, type_name| {
+            topic == sensor_bag::TRUE_LABELS && type_name == Image::TYPE_NAME
+        };
+        let labels = info.topics.iter().find(|topic| is_it(&topic.topic, &topic.type_name));
+        let labels = labels.map(|topic| topic.topic.clone());
+        Ok(Self { labels, ..Self::choose_from(args, &offer, detection.pose_source)? })
+    }
+
+    /// The same among topics of a bag or of the live graph, poses of the preferred kind before others.
+    pub(crate) fn choose_from(
+        args: &TopicArgs,
+        offer: &Offer<'_>,
+        preferred: PoseInput,
+    ) -> Result<Self, Failure> {
+        let choose = Chooser { offer };
         let scan = choose.topic::<LaserScan>(&args.scan, "--scan", &["scan"])?;
         let view = match &args.points {
             Some(points) => ViewTopics::Points(choose.topic::<PointCloud2>(
@@ -130,16 +146,9 @@ impl Inputs {
             )?),
             None => choose.view(args)?,
         };
-        let pose = choose.pose(args, &view, detection.pose_source)?;
-        let labels = info
-            .topics
-            .iter()
-            .find(|topic| {
-                topic.topic == sensor_bag::TRUE_LABELS && topic.type_name == Image::TYPE_NAME
-            })
-            .map(|topic| topic.topic.clone());
+        let pose = choose.pose(args, &view, preferred)?;
         let transforms = [TF_STATIC, TF].into_iter().filter(|name| choose.has_tf(name)).collect();
-        Ok(Self { scan, view, pose, colour: None, labels, transforms })
+        Ok(Self { scan, view, pose, colour: None, labels: None, transforms })
     }
 
     /// The colour camera, where its messages are passed on for the map alone: the visual odometry passes on its own.
@@ -189,25 +198,8 @@ impl Inputs {
     }
 }
 
-/// Whether a topic has messages of a type that can be decoded.
-pub(crate) fn is_input(topic: &TopicInfo, type_name: &str) -> bool {
-    topic.type_name == type_name && topic.message_count > 0 && topic.is_playable()
-}
-
-/// What a bag has in other encodings than that of ROS 2, to be added to what it lacks; empty where it has nothing such.
-pub(crate) fn unread(info: &BagInfo) -> String {
-    let encodings: Vec<&str> = info.other_encodings().into_iter().collect();
-    if encodings.is_empty() {
-        return String::new();
-    }
-    format!(
-        " in cdr (ROS 2), the encoding that is read: it has messages in {}",
-        encodings.join(", ")
-    )
-}
-
 struct Chooser<'a> {
-    info: &'a BagInfo,
+    offer: &'a Offer<'a>,
 }
 
 impl Chooser<'_> {
@@ -244,7 +236,7 @@ impl Chooser<'_> {
 
     /// The topic that the user names, whatever its kind.
     fn named_pose(&self, named: &str) -> Result<PoseSource, Failure> {
-        let type_name = self.info.topic(named).map_or("", |topic| &topic.type_name);
+        let type_name = self.offer.find(named).map_or("", |(_, type_name)| type_name);
         let is_it = |kind: &PoseTopicKind| kind.type_name() == type_name;
         let kind = PoseTopicKind::ALL.into_iter().find(is_it).unwrap_or(PoseTopicKind::Pose);
         let named = Some(named.to_owned());
@@ -268,29 +260,32 @@ impl Chooser<'_> {
             }
             None if has_tf => Ok(PoseSource::Tf),
             None => Err(Failure::new(format!(
-                "the bag has no pose: neither a topic of type {} nor /tf{}",
+                "{} has no pose: neither a topic of type {} nor /tf{}",
+                self.offer.place(),
                 PoseTopicKind::ALL.map(PoseTopicKind::type_name).join(", "),
-                unread(self.info)
+                self.offer.unread()
             ))
-            .fix("`--pose visual` computes it from colour and depth images; `stillmap info` lists what the bag holds")),
+            .fix(format!(
+                "`--pose visual` computes it from colour and depth images; {}",
+                self.offer.listed_by()
+            ))),
         }
     }
 
     fn visual_odometry(&self, args: &TopicArgs, view: &ViewTopics) -> Result<PoseSource, Failure> {
         let ViewTopics::Depth { image, camera_info } = view else {
-            return Err(Failure::new(
-                "--pose visual needs depth images, and the bag has only clouds".to_owned(),
-            )
+            return Err(Failure::new(format!(
+                "--pose visual needs depth images, and {} has only clouds",
+                self.offer.place()
+            ))
             .fix("record the depth images, or give a --pose topic"));
         };
-        let topics = VisualTopics::choose(&args.visual, image, camera_info, self.info)?;
+        let topics = VisualTopics::choose(&args.visual, image, camera_info, self.offer)?;
         Ok(PoseSource::Visual(topics))
     }
 
-    /// Whether a topic of tf is in the bag.
     fn has_tf(&self, name: &str) -> bool {
-        let topics = &self.info.topics;
-        topics.iter().any(|topic| topic.topic == name && is_input(topic, TFMessage::TYPE_NAME))
+        self.offer.has(name, TFMessage::TYPE_NAME)
     }
 
     /// The topic for messages of type `M`.
@@ -311,37 +306,37 @@ impl Chooser<'_> {
         usual_names: &[&str],
     ) -> Result<String, Failure> {
         if let Some(named) = named {
-            return match self.info.topic(named) {
-                Some(topic) if !topic.is_playable() => Err(Failure::new(format!(
-                    "topic {named} is encoded as {}, and only cdr (ROS 2) is read",
-                    topic.encoding
-                ))
-                .fix(self.candidates(wanted, option))),
-                Some(topic) if topic.type_name == wanted => Ok(topic.topic.clone()),
-                Some(topic) => Err(Failure::new(format!(
-                    "topic {named} carries {}, not {wanted}",
-                    topic.type_name
-                ))
-                .fix(self.candidates(wanted, option))),
-                None => Err(Failure::new(format!("the bag has no topic {named}"))
-                    .fix(self.candidates(wanted, option))),
+            let problem = match (self.offer.find(named), self.offer.unread_encoding(named)) {
+                (_, Some(encoding)) => {
+                    format!("topic {named} is encoded as {encoding}, and only cdr (ROS 2) is read")
+                }
+                (Some((topic, type_name)), None) if type_name == wanted => {
+                    return Ok(topic.to_owned());
+                }
+                (Some((_, type_name)), None) => {
+                    format!("topic {named} carries {type_name}, not {wanted}")
+                }
+                (None, None) => format!("{} has no topic {named}", self.offer.place()),
             };
+            return Err(Failure::new(problem).fix(self.candidates(wanted, option)));
         }
         let candidates = self.of_type(wanted);
         let usual = |name: &&&str| usual_names.iter().any(|usual| name.contains(usual));
         match candidates.as_slice() {
             [] => Err(Failure::new(format!(
-                "the bag has no topic of type {wanted}{}",
-                unread(self.info)
+                "{} has no topic of type {wanted}{}",
+                self.offer.place(),
+                self.offer.unread()
             ))
-            .fix(format!("{option} needs one; `stillmap info` lists what the bag holds"))),
+            .fix(format!("{option} needs one; {}", self.offer.listed_by()))),
             [only] => Ok((*only).to_owned()),
             several => {
                 let usual: Vec<&&str> = several.iter().filter(usual).collect();
                 match usual.as_slice() {
                     [only] => Ok((**only).to_owned()),
                     _ => Err(Failure::new(format!(
-                        "the bag has {} topics of type {wanted}",
+                        "{} has {} topics of type {wanted}",
+                        self.offer.place(),
                         several.len()
                     ))
                     .fix(self.candidates(wanted, option))),
@@ -353,20 +348,13 @@ impl Chooser<'_> {
     fn candidates(&self, type_name: &str, option: &str) -> String {
         let names = self.of_type(type_name);
         if names.is_empty() {
-            format!("no topic of the bag is of type {type_name}; `stillmap info` lists them all")
+            format!("none is of type {type_name}; {}", self.offer.listed_by())
         } else {
             format!("choose with {option}: {}", names.join(", "))
         }
     }
 
-    /// The topics of a type that could be an input; ground truth is not one.
     fn of_type(&self, type_name: &str) -> Vec<&str> {
-        self.info
-            .topics
-            .iter()
-            .filter(|topic| is_input(topic, type_name))
-            .map(|topic| topic.topic.as_str())
-            .filter(|topic| !topic.starts_with("/truth/"))
-            .collect()
+        self.offer.of_type(type_name).collect()
     }
 }

@@ -11,7 +11,7 @@ use msgs::nav_msgs::Odometry;
 use crate::visual::VisualTopics;
 
 /// The value of `--pose` for poses by tf.
-pub(super) const BY_TF: &str = "tf";
+pub(crate) const BY_TF: &str = "tf";
 
 /// Where the rig's pose comes from.
 #[derive(Clone, PartialEq, Eq, Debug)]

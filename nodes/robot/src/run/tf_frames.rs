@@ -13,18 +13,18 @@ use crate::failure::Failure;
 const MESSAGES_LOOKED_AT: usize = 2000;
 /// The names of REP-105, by preference, behind those of the parameters.
 const MAP_FRAMES: [&str; 2] = ["map", "odom"];
-const ROBOT_FRAMES: [&str; 2] = ["base_link", "base_footprint"];
+pub(crate) const ROBOT_FRAMES: [&str; 2] = ["base_link", "base_footprint"];
 
 /// What the transforms of a bag say of the robot.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct TfFrames {
+pub(crate) struct TfFrames {
     /// The frame of the map.
-    pub(super) map: String,
+    pub(crate) map: String,
     /// The frame of the robot: the rig.
-    pub(super) robot: String,
+    pub(crate) robot: String,
     /// Where the mounts of the sensors come from: tf, where the bag has fixed transforms, and the parameters do not say
     /// otherwise.
-    pub(super) extrinsics: ExtrinsicsSource,
+    pub(crate) extrinsics: ExtrinsicsSource,
 }
 
 /// Finds the frames in a bag with these topics of tf: those of the parameters, or those with the usual names.
@@ -53,6 +53,18 @@ pub(super) fn find(
         let Ok(transforms) = message.decode::<TFMessage>() else { continue };
         tree.insert_message(&transforms, is_fixed, |_refused| {});
     }
+    in_tree(&tree, has_fixed, parameters)
+}
+
+/// The same in transforms that are known, fixed ones among them or not.
+///
+/// # Errors
+/// When no two of these frames are connected.
+pub(crate) fn in_tree(
+    tree: &TransformTree,
+    has_fixed: bool,
+    parameters: &DetectionParameters,
+) -> Result<TfFrames, Failure> {
     let rig = &parameters.config.pipeline.rig;
     let candidates = |own: &str, usual: [&str; 2]| [own, usual[0], usual[1]].map(str::to_owned);
     let maps = candidates(&parameters.map_frame_id, MAP_FRAMES);

@@ -1,13 +1,12 @@
 //! Which topics of a bag the pose node reads.
 
-use bag_player::BagInfo;
 use clap::Args;
 use msgs::RosMessage;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
 
 use crate::failure::Failure;
-use crate::run::inputs::{is_input, unread};
+use crate::offer::Offer;
 
 /// Topics that the user names; the rest is found by type and name.
 #[derive(Args, Clone, Debug, Default)]
@@ -45,17 +44,17 @@ impl VisualTopicArgs {
 }
 
 impl VisualTopics {
-    /// Chooses the topics of a bag: those that the user named, else those with the usual names. Depth images that are
+    /// Chooses among topics: those that the user named, else those with the usual names. Depth images that are
     /// registered need no calibration of their own, and many bags have one for both.
     pub fn choose(
         args: &VisualTopicArgs,
         depth: &str,
         depth_info: &str,
-        info: &BagInfo,
+        offer: &Offer<'_>,
     ) -> Result<Self, Failure> {
-        let (image, is_compressed) = color_image(args, depth, info)?;
+        let (image, is_compressed) = color_image(args, depth, offer)?;
         let camera_info = match &args.image_info {
-            Some(named) => info.recorded_name(named).to_owned(),
+            Some(named) => name_of(named, offer),
             None => {
                 let beside = |image: &str| {
                     let parent = image.rsplit_once('/').map_or("", |(parent, _)| parent);
@@ -63,16 +62,17 @@ impl VisualTopics {
                 };
                 let base = image.strip_suffix("/compressed").unwrap_or(&image);
                 let own = beside(base);
-                let has_own = of_type(info, CameraInfo::TYPE_NAME).any(|topic| topic == own);
-                if has_own { own } else { depth_info.to_owned() }
+                if offer.has(&own, CameraInfo::TYPE_NAME) { own } else { depth_info.to_owned() }
             }
         };
-        let is_there = of_type(info, CameraInfo::TYPE_NAME).any(|topic| topic == camera_info);
-        if !is_there {
-            return Err(Failure::new(format!("the bag has no camera_info on {camera_info}"))
-                .fix("--image-info names the topic of the colour camera's calibration"));
+        if !offer.has(&camera_info, CameraInfo::TYPE_NAME) {
+            return Err(Failure::new(format!(
+                "{} has no camera_info on {camera_info}",
+                offer.place()
+            ))
+            .fix("--image-info names the topic of the colour camera's calibration"));
         }
-        let first = |type_name: &'static str| of_type(info, type_name).next().map(str::to_owned);
+        let first = |type_name: &str| offer.of_type(type_name).next().map(str::to_owned);
         Ok(Self {
             image,
             is_compressed,
@@ -81,6 +81,11 @@ impl VisualTopics {
             imu: first(Imu::TYPE_NAME),
             wheels: first(Odometry::TYPE_NAME),
         })
+    }
+
+    /// Whether the images are of a colour camera by their name: others may be of an infrared or a grey one.
+    pub(crate) fn has_usual_name(&self) -> bool {
+        is_usual(&self.image)
     }
 
     /// The topics that the node subscribes to, each with the name that the node knows it by; without the depth image.
@@ -95,20 +100,27 @@ impl VisualTopics {
 }
 
 /// The topic of the depth images: the named one, or the only one there is.
-pub fn depth_topic(named: Option<&str>, info: &BagInfo) -> Result<String, Failure> {
+pub fn depth_topic(named: Option<&str>, offer: &Offer<'_>) -> Result<String, Failure> {
     if let Some(named) = named {
-        return Ok(info.recorded_name(named).to_owned());
+        return Ok(name_of(named, offer));
     }
-    let mut found = of_type(info, Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
+    let mut found = offer.of_type(Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
     match (found.next(), found.next()) {
         (Some(only), None) => Ok(only.to_owned()),
-        (None, _) => Err(Failure::new(format!("the bag has no depth images{}", unread(info)))
-            .fix("--depth names their topic; `stillmap info` lists what the bag holds")),
+        (None, _) => {
+            Err(Failure::new(format!("{} has no depth images{}", offer.place(), offer.unread()))
+                .fix(format!("--depth names their topic; {}", offer.listed_by())))
+        }
         (Some(one), Some(other)) => {
-            Err(Failure::new("the bag has several topics of depth images".to_owned())
+            Err(Failure::new(format!("{} has several topics of depth images", offer.place()))
                 .fix(format!("choose with --depth: {one}, {other}, ...")))
         }
     }
+}
+
+/// The name of a topic as it is there; the given name where there is no such topic.
+fn name_of(named: &str, offer: &Offer<'_>) -> String {
+    offer.find(named).map_or(named, |(topic, _)| topic).to_owned()
 }
 
 /// The topic of a depth camera's calibration: beside its images.
@@ -117,51 +129,47 @@ pub fn depth_info_topic(depth: &str) -> String {
     format!("{parent}/camera_info")
 }
 
+fn is_usual(image: &str) -> bool {
+    ["rgb", "color", "colour"].iter().any(|name| image.contains(name))
+}
+
 /// The colour image, and whether it is compressed.
 fn color_image(
     args: &VisualTopicArgs,
     depth: &str,
-    info: &BagInfo,
+    offer: &Offer<'_>,
 ) -> Result<(String, bool), Failure> {
-    let compressed = CompressedImage::TYPE_NAME;
     if let Some(named) = &args.image {
-        return match info.topic(named) {
-            Some(topic) if topic.type_name == Image::TYPE_NAME => Ok((topic.topic.clone(), false)),
-            Some(topic) if topic.type_name == compressed => Ok((topic.topic.clone(), true)),
-            Some(topic) => {
-                Err(Failure::new(format!("topic {named} carries {}, no image", topic.type_name)))
+        return match offer.find(named) {
+            Some((topic, Image::TYPE_NAME)) => Ok((topic.to_owned(), false)),
+            Some((topic, CompressedImage::TYPE_NAME)) => Ok((topic.to_owned(), true)),
+            Some((_, type_name)) => {
+                Err(Failure::new(format!("topic {named} carries {type_name}, no image")))
             }
-            None => Err(Failure::new(format!("the bag has no topic {named}"))
-                .fix("`stillmap info` lists what the bag holds")),
+            None => Err(Failure::new(format!("{} has no topic {named}", offer.place()))
+                .fix(offer.listed_by())),
         };
     }
     let is_color = |topic: &&str| *topic != depth && !topic.contains("depth");
-    let raw = of_type(info, Image::TYPE_NAME).filter(is_color).map(|topic| (topic, false));
-    let packed = of_type(info, compressed).filter(is_color).map(|topic| (topic, true));
+    let raw = offer.of_type(Image::TYPE_NAME).filter(is_color).map(|topic| (topic, false));
+    let packed =
+        offer.of_type(CompressedImage::TYPE_NAME).filter(is_color).map(|topic| (topic, true));
     let candidates: Vec<(&str, bool)> = raw.chain(packed).collect();
-    let usual = |(topic, _): &&(&str, bool)| {
-        ["rgb", "color", "colour"].iter().any(|name| topic.contains(name))
-    };
-    let usual: Vec<&(&str, bool)> = candidates.iter().filter(usual).collect();
+    let usual: Vec<&(&str, bool)> =
+        candidates.iter().filter(|(topic, _)| is_usual(topic)).collect();
     match (candidates.as_slice(), usual.as_slice()) {
-        ([], _) => Err(Failure::new(format!("the bag has no colour images{}", unread(info))).fix(
-            "visual odometry takes sensor_msgs/Image or CompressedImage beside the depth images",
-        )),
+        ([], _) => Err(Failure::new(format!(
+            "{} has no colour images{}",
+            offer.place(),
+            offer.unread()
+        ))
+        .fix("visual odometry takes sensor_msgs/Image or CompressedImage beside the depth images")),
         ([(topic, is_compressed)], _) => Ok(((*topic).to_owned(), *is_compressed)),
         (_, [(topic, is_compressed), ..]) => Ok(((*topic).to_owned(), *is_compressed)),
         (several, []) => {
             let names: Vec<&str> = several.iter().map(|(topic, _)| *topic).collect();
-            Err(Failure::new(format!("the bag has {} topics of images", several.len()))
+            Err(Failure::new(format!("{} has {} topics of images", offer.place(), several.len()))
                 .fix(format!("choose with --image: {}", names.join(", "))))
         }
     }
-}
-
-/// The topics of a type that could be an input: the truth is none.
-fn of_type<'a>(info: &'a BagInfo, type_name: &'a str) -> impl Iterator<Item = &'a str> {
-    info.topics
-        .iter()
-        .filter(move |topic| is_input(topic, type_name))
-        .map(|topic| topic.topic.as_str())
-        .filter(|topic| !topic.starts_with("/truth/"))
 }

@@ -33,6 +33,11 @@ pub(in crate::doctor) struct ImageFacts {
 }
 
 impl ImageFacts {
+    /// Whether at least one of them was a depth image.
+    pub(in crate::doctor) fn has_depths(&self) -> bool {
+        self.samples > 0
+    }
+
     pub(super) fn take(&mut self, image: &Image) {
         if self.sizes_px.len() < MOST_SIZES {
             self.sizes_px.insert((image.width, image.height));

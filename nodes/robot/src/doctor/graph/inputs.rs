@@ -25,6 +25,7 @@ pub(super) struct SuiteTopic {
 /// The inputs of the suite, under the names that they have here.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct SuiteTopics {
+    arguments: RosArguments,
     scan: SuiteTopic,
     pose: SuiteTopic,
     depth: SuiteTopic,
@@ -42,6 +43,7 @@ impl SuiteTopics {
             Ok::<_, NameError>(SuiteTopic { name: name.to_owned(), topic, type_name })
         };
         Ok(Self {
+            arguments: arguments.clone(),
             scan: resolve("scan", LaserScan::TYPE_NAME)?,
             pose: resolve("pose", PoseStamped::TYPE_NAME)?,
             depth: resolve("depth/image", Image::TYPE_NAME)?,
@@ -58,9 +60,23 @@ impl SuiteTopics {
 impl SuiteTopics {
     /// The names and types of all of them.
     pub(super) fn all(&self) -> [(&str, &'static str); 6] {
-        let Self { scan, pose, depth, compressed_depth, camera_info, points } = self;
+        let Self { arguments: _, scan, pose, depth, compressed_depth, camera_info, points } = self;
         [scan, pose, depth, compressed_depth, camera_info, points]
             .map(|input| (input.topic.as_str(), input.type_name))
+    }
+
+    /// The absolute name here of what the node knows by this name; `None` where it cannot have it.
+    pub(super) fn resolved(&self, name: &str) -> Option<String> {
+        let identity = self.arguments.identity(READER).ok()?;
+        identity.resolve(&self.arguments.remappings, name).ok()
+    }
+
+    /// The absolute name and the type of one of the inputs.
+    pub(super) fn input(&self, name: &str) -> Option<(&str, &'static str)> {
+        let Self { arguments: _, scan, pose, depth, compressed_depth, camera_info, points } = self;
+        let mut all = [scan, pose, depth, compressed_depth, camera_info, points].into_iter();
+        let input = all.find(|input| input.name == name)?;
+        Some((&input.topic, input.type_name))
     }
 
     /// Whether one of the inputs has this name.

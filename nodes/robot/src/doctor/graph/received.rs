@@ -11,7 +11,7 @@ use node_shell::Role;
 use super::large::{CameraSize, Measured};
 use super::{Check, Finding, GraphView};
 use crate::doctor::content::clocks::{self, Clock};
-use crate::doctor::content::{Content, Observed, Subject, Typical, stamps};
+use crate::doctor::content::{Content, ImageFacts, Observed, Subject, Typical, stamps};
 
 /// Types whose messages are large.
 const LARGE_TYPES: [&str; 2] = [Image::TYPE_NAME, PointCloud2::TYPE_NAME];
@@ -61,7 +61,7 @@ impl ReceivedTopic {
     }
 
     /// The rate of the messages, by their stamps.
-    fn rate_hz(&self) -> Option<f64> {
+    pub(super) fn rate_hz(&self) -> Option<f64> {
         let (first, last) = (self.stamps.iter().min()?, self.stamps.iter().max()?);
         let span_s = last.seconds_since(*first);
         let steps = self.stamps.len().saturating_sub(1);
@@ -83,8 +83,13 @@ impl ReceivedTopic {
         }
     }
 
+    /// Whether its messages are depth images.
+    pub(super) fn has_depths(&self) -> bool {
+        self.content.image().is_some_and(ImageFacts::has_depths)
+    }
+
     /// The frame of its messages, where they have one.
-    fn frame(&self) -> Option<&str> {
+    pub(super) fn frame(&self) -> Option<&str> {
         self.content.frame()
     }
 

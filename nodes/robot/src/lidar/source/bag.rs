@@ -12,7 +12,7 @@ use msgs::{RosMessage, std_msgs};
 use super::{LidarArgs, Losses, Sensed, assembly, cloud_of, packet_losses};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::run::inputs::{is_input, unread};
+use crate::offer::Offer;
 use crate::sensor_bag;
 
 /// The topics of a bag.
@@ -34,13 +34,9 @@ impl BagSource {
         args: &LidarArgs,
         decoder: DecoderConfig,
     ) -> Result<Self, Failure> {
-        let of_type = |type_name: &str| {
-            let topics = info.topics.iter();
-            let fits = topics.filter(|topic| is_input(topic, type_name));
-            fits.map(|topic| topic.topic.clone())
-                .filter(|topic| !topic.starts_with("/truth/"))
-                .collect::<Vec<String>>()
-        };
+        let offer = Offer::of_bag(info);
+        let of_type =
+            |type_name: &str| offer.of_type(type_name).map(str::to_owned).collect::<Vec<String>>();
         let clouds = of_type(PointCloud2::TYPE_NAME);
         let packets = of_type(VelodyneScan::TYPE_NAME);
         let usual = |topic: &&String| {
@@ -62,7 +58,7 @@ impl BagSource {
             (None, [only], _) => only.clone(),
             (None, [], [only]) => only.clone(),
             (None, [], []) => {
-                return Err(Failure::new(format!("the bag has no scans of a LiDAR{}", unread(info))).fix(
+                return Err(Failure::new(format!("the bag has no scans of a LiDAR{}", offer.unread())).fix(
                     "it takes sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; `stillmap info` lists what there is",
                 ));
             }

@@ -11,8 +11,8 @@ use msgs::sensor_msgs::{CameraInfo, Image};
 
 use super::{ColorImage, Images, Pair, Pairing, Pairs, paired};
 use crate::eval::trajectory::true_poses_of_bag;
-use robot::Failure;
 use robot::visual::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
+use robot::{Failure, Offer};
 
 /// The topic of the ground truth of a simulation.
 const TRUTH: &str = "/truth/pose";
@@ -43,9 +43,10 @@ impl Recording {
     ) -> Result<(Self, Trajectory), Failure> {
         let bag = Bag::open(path).map_err(failure)?;
         let info = bag.info().map_err(failure)?;
-        let depth = depth_topic(None, &info)?;
+        let offer = Offer::of_bag(&info);
+        let depth = depth_topic(None, &offer)?;
         let args = VisualTopicArgs::default();
-        let topics = VisualTopics::choose(&args, &depth, &depth_info_topic(&depth), &info)?;
+        let topics = VisualTopics::choose(&args, &depth, &depth_info_topic(&depth), &offer)?;
         if topics.is_compressed {
             return Err(Failure::new(format!("{} carries compressed images", topics.image))
                 .within(path.display())

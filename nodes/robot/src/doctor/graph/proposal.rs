@@ -1,0 +1,320 @@
+//! What the live graph has for the suite, as the arguments that `stillmap up` needs for it.
+
+use detection::shell::{DetectionParameters, PoseInput};
+use geometry::ExtrinsicsSource;
+use msgs::RosMessage;
+use msgs::sensor_msgs::Image;
+use node_shell::{DiscoveredEndpoint, Role};
+use serde::Serialize;
+
+use super::{GraphView, ReceivedTopic};
+use crate::failure::Failure;
+use crate::offer::Offer;
+use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
+use crate::run::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
+use crate::run::tf_frames::{self, TfFrames};
+use crate::visual::VisualTopics;
+
+/// Nodes of the suite: what they publish is no input.
+const SUITE: [&str; 3] = ["detection", "segmentation", "reconstruction"];
+
+/// Poses come at least so often: RTAB-Map's and slam_toolbox's at 1 Hz and more.
+const LEAST_POSES_HZ: f64 = 1.0;
+
+/// The arguments for a graph.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct Proposal {
+    /// The inputs, by the names that the nodes know them by.
+    pub(crate) inputs: Vec<ProposedInput>,
+    /// What stands behind `--ros-args`.
+    pub(crate) ros_arguments: Vec<String>,
+    /// What a reader should know of them.
+    pub(crate) notes: Vec<String>,
+}
+
+/// An input of the suite.
+#[derive(Clone, PartialEq, Debug)]
+pub(crate) struct ProposedInput {
+    /// The name that the node knows it by.
+    pub(crate) name: &'static str,
+    /// The topic.
+    pub(crate) topic: String,
+    /// How often its messages came, by their stamps; `None` where fewer than two came, or nobody listened.
+    pub(crate) rate_hz: Option<f64>,
+}
+
+impl Proposal {
+    /// The arguments for what was observed of a graph. Inputs that are published under the suite's own names are taken; others are
+    /// found by their types, their usual names, and whether images are depth images.
+    ///
+    /// # Errors
+    /// When the suite runs in the graph already, an input is missing, or several topics could be one.
+    pub(crate) fn of(view: &GraphView) -> Result<Self, Failure> {
+        if let Some(running) = running_suite(view) {
+            return Err(Failure::new(format!("{running} runs in this graph already"))
+                .fix("stop it, or start the suite in a namespace of its own: --ros-args -r __ns:=/second"));
+        }
+        let published: Vec<(&str, &str)> = view
+            .endpoints
+            .iter()
+            .filter(|one| one.role == Role::Publisher && is_alive(view, one))
+            .map(|one| (one.topic.as_str(), one.type_name.as_str()))
+            .collect();
+        let offer = Offer::of_graph(published);
+        let mut topics = named(view, &offer);
+        let mut inputs = Inputs::choose_from(&topics, &offer, PoseInput::Pose);
+        topics.pose = Some(BY_TF.to_owned());
+        let sensors = Inputs::choose_from(&topics, &offer, PoseInput::Tf);
+        let placed = sensors.as_ref().ok().and_then(|sensors| placed(view, sensors));
+        // A robot with a description and a localisation: it has one frame for all, and corrections of the map.
+        if placed.is_some() {
+            inputs = sensors;
+        }
+        let inputs = inputs?;
+        let mut proposal =
+            Self { inputs: Vec::new(), ros_arguments: Vec::new(), notes: Vec::new() };
+        proposal.take_topics(view, inputs.by_node_name());
+        proposal.take_view(&inputs.view);
+        proposal.take_pose(&inputs, placed.as_ref());
+        proposal.take_colours(view, &offer, &inputs.view);
+        Ok(proposal)
+    }
+
+    /// The command, for a shell, with these arguments for the program itself.
+    pub(crate) fn command(&self, own: &[String]) -> String {
+        let mut words = vec!["stillmap", "up"];
+        words.extend(own.iter().map(String::as_str));
+        if !self.ros_arguments.is_empty() {
+            words.push("--ros-args");
+            words.extend(self.ros_arguments.iter().map(String::as_str));
+        }
+        words.join(" ")
+    }
+
+    fn take_topics<'a>(
+        &mut self,
+        view: &GraphView,
+        topics: impl IntoIterator<Item = (&'static str, &'a str)>,
+    ) {
+        for (name, topic) in topics {
+            let rate_hz = view.received.get(topic).and_then(|received| received.rate_hz());
+            self.inputs.push(ProposedInput { name, topic: topic.to_owned(), rate_hz });
+            if view.suite.resolved(name).as_deref() != Some(topic) {
+                self.ros_arguments.extend(["-r".to_owned(), format!("{name}:={topic}")]);
+            }
+        }
+    }
+
+    fn set(&mut self, parameter: &str, value: impl Serialize) {
+        let value = serde_json::to_value(value).unwrap_or_default();
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        self.ros_arguments.extend(["-p".to_owned(), format!("{parameter}:={value}")]);
+    }
+
+    fn take_view(&mut self, view: &ViewTopics) {
+        if matches!(view, ViewTopics::Points(_)) {
+            self.set("input", view.kind());
+        }
+    }
+
+    fn take_pose(&mut self, inputs: &Inputs, placed: Option<&TfFrames>) {
+        let defaults = DetectionParameters::default();
+        if inputs.pose.input() != defaults.pose_source {
+            self.set("pose_source", inputs.pose.input());
+        }
+        let Some(TfFrames { map, robot, .. }) = placed else {
+            self.notes.push(
+                "tf does not say where scanner and camera are on the robot: give their mounting by --rig (a preset, or a file \
+                 that `stillmap calibrate` writes from a recording)"
+                    .to_owned(),
+            );
+            return;
+        };
+        if inputs.pose == PoseSource::Tf && *map != defaults.map_frame_id {
+            self.set("map_frame_id", map);
+        }
+        if *robot != defaults.config.pipeline.rig.rig_frame_id {
+            self.set("rig_frame_id", robot);
+        }
+        self.set("extrinsics", ExtrinsicsSource::TfFromRig);
+    }
+
+    /// The colour camera beside the depth images, where there is one.
+    fn take_colours(&mut self, view: &GraphView, offer: &Offer<'_>, chosen: &ViewTopics) {
+        let ViewTopics::Depth { image, camera_info } = chosen else { return };
+        let Ok(colours) = VisualTopics::choose(&Default::default(), image, camera_info, offer)
+        else {
+            return;
+        };
+        if !colours.has_usual_name() {
+            return;
+        }
+        self.set("colour", if colours.is_compressed { "compressed" } else { "raw" });
+        let topics = colours.by_node_name();
+        self.take_topics(view, topics.into_iter().filter(|(name, _)| name.starts_with("rgb/")));
+    }
+}
+
+/// Whether a publisher could be a sensor's, or a localisation's: poses that do not come, or once in a while, are goals or first
+/// guesses. What nobody listened to counts.
+fn is_alive(view: &GraphView, one: &DiscoveredEndpoint) -> bool {
+    let is_pose = PoseTopicKind::ALL.iter().any(|kind| kind.type_name() == one.type_name);
+    let received = view.received.get(&one.topic);
+    let is_slow =
+        received.is_some_and(|received| received.rate_hz().is_none_or(|hz| hz < LEAST_POSES_HZ));
+    !(is_pose && is_slow)
+}
+
+/// The frames by which tf places the robot in the map, and scanner and camera on the robot; `None` where it does not.
+fn placed(view: &GraphView, inputs: &Inputs) -> Option<TfFrames> {
+    let tree = view.transforms.tree();
+    let found = tf_frames::in_tree(tree, true, &DetectionParameters::default()).ok()?;
+    let frame = |topic: &String| view.received.get(topic).and_then(|received| received.frame());
+    let camera = match &inputs.view {
+        ViewTopics::Depth { image, camera_info } => frame(image).or_else(|| frame(camera_info)),
+        ViewTopics::Points(points) => frame(points),
+    };
+    let sensors = [frame(&inputs.scan)?, camera?];
+    let is_on_robot = |frame: &&str| tree.lookup_latest(&found.robot, frame).is_ok();
+    sensors.iter().all(is_on_robot).then_some(found)
+}
+
+/// A node of the suite that is there.
+fn running_suite(view: &GraphView) -> Option<String> {
+    let is_suite = |node: &&str| SUITE.contains(&node.rsplit('/').next().unwrap_or_default());
+    let mut nodes = view.endpoints.iter().filter_map(|one| one.node.as_deref());
+    nodes.find(is_suite).map(|node| format!("node {node}"))
+}
+
+/// What need not be chosen: the topics that have the suite's names, and the only topic with depth images.
+fn named(view: &GraphView, offer: &Offer<'_>) -> TopicArgs {
+    let own = |name: &str| {
+        let (topic, type_name) = view.suite.input(name)?;
+        offer.has(topic, type_name).then(|| topic.to_owned())
+    };
+    let is_depth = |topic: &&str| {
+        let received = view.received.get(*topic);
+        received.is_some_and(ReceivedTopic::has_depths)
+    };
+    let mut depths = offer.of_type(Image::TYPE_NAME).filter(is_depth);
+    let only_depth = depths.next().filter(|_| depths.next().is_none()).map(str::to_owned);
+    let depth = own("depth/image").or(only_depth);
+    let camera_info = own("depth/camera_info").filter(|_| depth.is_some());
+    let mut named = TopicArgs::default();
+    (named.scan, named.pose) = (own("scan"), own("pose"));
+    (named.depth, named.camera_info) = (depth, camera_info);
+    named
+}
+
+#[cfg(test)]
+mod tests {
+    use geometry::Stamp;
+    use msgs::convert::time_from_stamp;
+    use msgs::geometry_msgs::TransformStamped;
+    use msgs::sensor_msgs::LaserScan;
+    use msgs::tf2_msgs::TFMessage;
+
+    use super::super::synthetic::*;
+    use super::*;
+
+    const ODOMETRY: &str = "nav_msgs/msg/Odometry";
+
+    fn robot() -> GraphView {
+        view(vec![
+            publisher("/laser/scan", SCAN, "/sllidar"),
+            publisher("/camera/depth/image_raw", IMAGE, "/camera"),
+            publisher("/camera/depth/camera_info", CAMERA_INFO, "/camera"),
+            publisher("/camera/color/image_raw", IMAGE, "/camera"),
+            publisher("/camera/color/camera_info", CAMERA_INFO, "/camera"),
+            publisher("/odom", ODOMETRY, "/base"),
+        ])
+    }
+
+    fn command(view: &GraphView) -> String {
+        Proposal::of(view).unwrap().command(&[])
+    }
+
+    fn refused(view: &GraphView) -> String {
+        Proposal::of(view).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_graph_with_the_names_of_the_suite_needs_no_argument() {
+        let mut graph = view(healthy());
+        graph.endpoints.retain(|one| one.role == Role::Publisher);
+        assert_eq!(command(&graph), "stillmap up");
+    }
+
+    #[test]
+    fn the_drivers_of_a_robot_are_found_by_type_and_name() {
+        let proposal = Proposal::of(&robot()).unwrap();
+        assert_eq!(
+            proposal.command(&[]),
+            "stillmap up --ros-args -r scan:=/laser/scan -r depth/image:=/camera/depth/image_raw \
+             -r depth/camera_info:=/camera/depth/camera_info -p pose_source:=odometry -p colour:=raw \
+             -r rgb/image:=/camera/color/image_raw -r rgb/camera_info:=/camera/color/camera_info"
+        );
+        assert!(proposal.notes[0].contains("--rig"), "{:?}", proposal.notes);
+    }
+
+    /// Messages of these frames, at 10 Hz, on a topic.
+    fn hears(graph: &mut GraphView, topic: &str, type_name: &'static str, frame: &str, count: i64) {
+        let mut received = ReceivedTopic::of_type(type_name);
+        for index in 0..count {
+            let stamp = Stamp::from_nanos(1_000_000_000 + index * 100_000_000);
+            let mut scan = LaserScan::default();
+            scan.header.frame_id = frame.to_owned();
+            scan.header.stamp = time_from_stamp(stamp);
+            received.take(&scan, 0, stamp);
+        }
+        graph.received.insert(topic.to_owned(), received);
+    }
+
+    fn is_placed(graph: &mut GraphView, parent: &str, child: &str) {
+        let mut transform = TransformStamped::default();
+        transform.header.frame_id = parent.to_owned();
+        transform.child_frame_id = child.to_owned();
+        transform.transform.rotation.w = 1.0;
+        graph.transforms.take(&TFMessage { transforms: vec![transform] }, true);
+    }
+
+    #[test]
+    fn pose_and_mounts_come_from_tf_where_it_has_both() {
+        let mut graph = robot();
+        graph.endpoints.push(publisher("/tf", "tf2_msgs/msg/TFMessage", "/amcl"));
+        hears(&mut graph, "/laser/scan", SCAN, "laser", 2);
+        hears(&mut graph, "/camera/depth/camera_info", CAMERA_INFO, "optical", 2);
+        for (parent, child) in [("odom", "base_link"), ("base_link", "laser")] {
+            is_placed(&mut graph, parent, child);
+        }
+        assert!(command(&graph).contains("pose_source:=odometry"), "{}", command(&graph));
+        is_placed(&mut graph, "base_link", "optical");
+        let proposal = Proposal::of(&graph).unwrap();
+        let wanted = "-p pose_source:=tf -p map_frame_id:=odom -p rig_frame_id:=base_link -p extrinsics:=tf_from_rig";
+        assert!(proposal.command(&[]).contains(wanted), "{}", proposal.command(&[]));
+        assert_eq!(proposal.inputs[0].rate_hz.map(f64::round), Some(10.0));
+        assert!(proposal.notes.is_empty(), "{:?}", proposal.notes);
+    }
+
+    /// RViz publishes the goals that its user sets.
+    #[test]
+    fn a_goal_is_no_pose_of_the_robot() {
+        let mut graph = robot();
+        graph.endpoints.push(publisher("/goal_pose", POSE, "/rviz"));
+        assert!(command(&graph).contains("pose:=/goal_pose"), "nobody listened");
+        hears(&mut graph, "/goal_pose", POSE, "map", 0);
+        assert!(command(&graph).contains("pose_source:=odometry"), "{}", command(&graph));
+    }
+
+    #[test]
+    fn what_is_missing_or_not_clear_is_said() {
+        let mut graph = robot();
+        graph.endpoints.push(publisher("/rear/scan", SCAN, "/rear"));
+        assert!(refused(&graph).contains("the graph has 2 topics"), "{}", refused(&graph));
+        graph.endpoints.retain(|one| one.type_name != SCAN);
+        assert!(refused(&graph).contains("the graph has no topic of type"), "{}", refused(&graph));
+        let mut running = robot();
+        running.endpoints.push(publisher("/static_map", POINTS, "/robot/reconstruction"));
+        assert!(refused(&running).contains("/robot/reconstruction runs"), "{}", refused(&running));
+    }
+}

@@ -1,0 +1,112 @@
+//! The topics that inputs are chosen from: those of a bag, or of the live graph.
+
+use std::collections::BTreeSet;
+
+use bag_player::{BagInfo, TopicInfo};
+
+/// One topic of an offer.
+#[derive(Clone, Copy, Debug)]
+struct Offered<'a> {
+    topic: &'a str,
+    type_name: &'a str,
+    /// The encoding of its messages, where it is none that is read.
+    unread_encoding: Option<&'a str>,
+    is_empty: bool,
+}
+
+/// Topics with their types.
+#[derive(Clone, Debug)]
+pub struct Offer<'a> {
+    /// Where the topics are, for a reader.
+    place: &'static str,
+    /// How to see all of them.
+    listed_by: &'static str,
+    topics: Vec<Offered<'a>>,
+}
+
+impl<'a> Offer<'a> {
+    /// The topics of a bag. Those without messages are none to choose, unless they are named.
+    #[must_use]
+    pub fn of_bag(info: &'a BagInfo) -> Self {
+        let offered = |topic: &'a TopicInfo| Offered {
+            topic: &topic.topic,
+            type_name: &topic.type_name,
+            unread_encoding: (!topic.is_playable()).then_some(&topic.encoding),
+            is_empty: topic.message_count == 0,
+        };
+        Self {
+            place: "the bag",
+            listed_by: "`stillmap info` lists what the bag holds",
+            topics: info.topics.iter().map(offered).collect(),
+        }
+    }
+
+    /// Topics of the live graph, each with its type.
+    pub(crate) fn of_graph(topics: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
+        let offered = |(topic, type_name)| Offered {
+            topic,
+            type_name,
+            unread_encoding: None,
+            is_empty: false,
+        };
+        Self {
+            place: "the graph",
+            listed_by: "`stillmap doctor` lists what the graph has",
+            topics: topics.into_iter().map(offered).collect(),
+        }
+    }
+
+    /// Where the topics are: "the bag", or "the graph".
+    pub(crate) fn place(&self) -> &'static str {
+        self.place
+    }
+
+    /// How to see all of them, a clause.
+    pub(crate) fn listed_by(&self) -> &'static str {
+        self.listed_by
+    }
+
+    /// Name and type of the topic of this name, which may be given with or without its leading slash.
+    pub(crate) fn find(&self, named: &str) -> Option<(&'a str, &'a str)> {
+        let bare = |name: &str| name.trim_start_matches('/').to_owned();
+        let is_it = |offered: &&Offered<'a>| bare(offered.topic) == bare(named);
+        self.topics.iter().find(is_it).map(|offered| (offered.topic, offered.type_name))
+    }
+
+    /// The encoding of a topic's messages, where it is none that is read.
+    pub(crate) fn unread_encoding(&self, named: &str) -> Option<&'a str> {
+        let (topic, _) = self.find(named)?;
+        self.topics.iter().find(|offered| offered.topic == topic)?.unread_encoding
+    }
+
+    /// The topics of a type that could be an input: the truth of a simulation is none.
+    pub(crate) fn of_type(&self, type_name: &str) -> impl Iterator<Item = &'a str> {
+        let is_input = move |offered: &&Offered<'a>| {
+            offered.type_name == type_name
+                && offered.unread_encoding.is_none()
+                && !offered.is_empty
+                && !offered.topic.starts_with("/truth/")
+        };
+        self.topics.iter().filter(is_input).map(|offered| offered.topic)
+    }
+
+    /// Whether a topic of this name and type is there.
+    pub(crate) fn has(&self, topic: &str, type_name: &str) -> bool {
+        self.of_type(type_name).any(|offered| offered == topic)
+    }
+
+    /// What there is in other encodings than that of ROS 2, to be added to what is missing; empty where there is nothing such.
+    pub(crate) fn unread(&self) -> String {
+        let with_messages = self.topics.iter().filter(|offered| !offered.is_empty);
+        let encodings: BTreeSet<&str> =
+            with_messages.filter_map(|offered| offered.unread_encoding).collect();
+        if encodings.is_empty() {
+            return String::new();
+        }
+        let encodings: Vec<&str> = encodings.into_iter().collect();
+        format!(
+            " in cdr (ROS 2), the encoding that is read: it has messages in {}",
+            encodings.join(", ")
+        )
+    }
+}
