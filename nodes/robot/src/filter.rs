@@ -81,7 +81,8 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
     let bag = Bag::open(&args.bag).map_err(failed)?;
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
-    let inputs = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
+    let (inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
+    note.into_iter().for_each(console::note);
     // The filtered messages are the bag's own.
     parameters.set_colour(ColourInput::None);
     let longest_s = parameters.detection().max_wait_s + SPARE_WAIT_S;

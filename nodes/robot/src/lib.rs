@@ -18,7 +18,7 @@ mod info;
 mod interrupt;
 mod las_file;
 pub mod lidar;
-mod map_file;
+pub mod map_file;
 mod merge;
 mod node;
 mod odometry;

@@ -11,15 +11,15 @@ use crate::failure::Failure;
 /// An octomap may have so many voxels: 12 bytes each.
 const MOST_VOXELS: usize = 100_000_000;
 
-/// A saved map.
+/// A map as it is saved.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub(crate) struct MapFile {
+pub struct MapFile {
     /// The points, with their normals and colours where the file has them.
-    pub(crate) points: OrientedPoints,
+    pub points: OrientedPoints,
     /// The places that the map was seen from, where the file has them.
-    pub(crate) views: Vec<MapView>,
+    pub views: Vec<MapView>,
     /// The edge of its voxels, where the file says it.
-    pub(crate) edge_m: Option<f64>,
+    pub edge_m: Option<f64>,
 }
 
 impl MapFile {
@@ -27,7 +27,7 @@ impl MapFile {
     ///
     /// # Errors
     /// When it is no such file, or cannot be read.
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+    pub fn read(path: &Path) -> Result<Self, Failure> {
         let wrong =
             |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
         let bytes = || std::fs::read(path).map_err(|error| wrong(&error));
@@ -56,6 +56,25 @@ impl MapFile {
             }
             _ => Err(wrong(&"this is no saved map").fix("its name must end in .ply, .pcd or .bt")),
         }
+    }
+
+    /// Writes a .ply or .pcd file whole. A .pcd file has no views.
+    ///
+    /// # Errors
+    /// When the name ends in something else, or the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        let OrientedPoints { points_m, normals, colours } = &self.points;
+        let extension = path.extension().and_then(|extension| extension.to_str());
+        let bytes = match extension.map(str::to_ascii_lowercase).as_deref() {
+            Some("ply") => ply::encode_map(&self.points, &self.views),
+            Some("pcd") => pcd::encode_with_colours(points_m, normals, colours),
+            _ => {
+                return Err(Failure::new(format!("{}: no name of a map", path.display()))
+                    .fix("its name must end in .ply or .pcd"));
+            }
+        };
+        check_folder(path)?;
+        write(path, &bytes)
     }
 }
 

@@ -1,7 +1,9 @@
 //! `stillmap run`: a bag through the whole pipeline.
 
+mod chosen;
 mod collector;
 mod colour_topics;
+pub mod cycles;
 mod dds;
 mod findings;
 pub mod inputs;
@@ -20,8 +22,7 @@ use std::process::{Command, Stdio};
 
 use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
-use detection::shell::ColourInput;
-use geometry::{ExtrinsicsSource, OccupancyGrid, TriangleMesh};
+use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::LaserScan;
@@ -29,7 +30,8 @@ use nalgebra::Isometry3;
 use reconstruction::{GridError, MeshError, MeshForm};
 use report::{DynamicScore, RunRecord, Summary};
 
-use self::colour_topics::ColourTopics;
+use self::chosen::Chosen;
+pub(crate) use self::chosen::choose_inputs;
 use self::findings::InputLosses;
 pub(crate) use self::findings::no_cycle;
 use self::inputs::{Inputs, TopicArgs};
@@ -177,11 +179,9 @@ pub fn run_bag(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     refuse_results(out, how.overwrite)?;
-    let bag = Bag::open(bag_path).map_err(|error| Failure::new(error.to_string()))?;
-    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let mut parameters = PipelineParameters::load(&how.parameters)?;
-    let mut inputs = choose_inputs(&bag, &info, topics, &mut parameters)?;
-    choose_colours((&bag, &info), topics, how.no_colour, &mut inputs, &mut parameters)?;
+    let chosen = Chosen::of(bag_path, topics, &how.parameters, how.no_colour)?;
+    let Chosen { bag, info, inputs, parameters, note } = chosen;
+    note.into_iter().for_each(console::note);
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
@@ -261,70 +261,6 @@ pub fn run_bag(
         return Ok(Outcome::Interrupted);
     }
     Ok(if findings.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
-}
-
-/// Chooses the topics of a bag, and sets the parameters to the poses that it has.
-pub(crate) fn choose_inputs(
-    bag: &Bag,
-    info: &BagInfo,
-    topics: &TopicArgs,
-    parameters: &mut PipelineParameters,
-) -> Result<Inputs, Failure> {
-    let inputs = Inputs::choose(topics, info, parameters.detection_node())?;
-    take_poses_of(bag, &inputs, parameters)?;
-    Ok(inputs.needed_by(parameters.detection_node()))
-}
-
-/// Sets the parameters to the poses of the bag; says so where they are not those of a PoseStamped.
-fn take_poses_of(
-    bag: &Bag,
-    inputs: &Inputs,
-    parameters: &mut PipelineParameters,
-) -> Result<(), Failure> {
-    parameters.set_pose_source(inputs.pose.input());
-    match &inputs.pose {
-        PoseSource::Topic { kind: PoseTopicKind::Pose, .. } | PoseSource::Visual(_) => {}
-        PoseSource::Topic { topic, kind } => {
-            console::note(format_args!("the poses are those of {topic} ({})", kind.type_name()));
-        }
-        PoseSource::Tf => {
-            let frames = tf_frames::find(bag, &inputs.transforms, parameters.detection_node())?;
-            let mounts = match frames.extrinsics {
-                ExtrinsicsSource::Parameters => "the mounts of the sensors those of the parameters",
-                ExtrinsicsSource::Tf | ExtrinsicsSource::TfFromRig => {
-                    "the mounts of the sensors by tf, too"
-                }
-            };
-            console::note(format_args!(
-                "the poses are those of {} in {} by tf; {mounts}",
-                frames.robot, frames.map
-            ));
-            parameters.set_tf_frames(&frames);
-        }
-    }
-    Ok(())
-}
-
-/// Chooses where the colours of the map come from: the bag's colour camera, or its clouds, unless the parameters want none.
-fn choose_colours(
-    (bag, info): (&Bag, &BagInfo),
-    topics: &TopicArgs,
-    wants_none: bool,
-    inputs: &mut Inputs,
-    parameters: &mut PipelineParameters,
-) -> Result<(), Failure> {
-    let wants_none = wants_none || parameters.detection_node().colour == ColourInput::None;
-    if wants_none || !parameters.pipeline().needs_depth() {
-        parameters.set_colour(ColourInput::None);
-        return Ok(());
-    }
-    inputs.colour = ColourTopics::choose(topics.visual(), &inputs.view, bag, info)?;
-    parameters.set_colour(match &inputs.colour {
-        Some(ColourTopics { is_compressed: true, .. }) => ColourInput::Compressed,
-        Some(_) => ColourInput::Raw,
-        None => ColourInput::Cloud,
-    });
-    Ok(())
 }
 
 /// Over DDS the node of the map says why.

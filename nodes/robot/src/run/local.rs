@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use bag_player::{Bag, BagMessage, Loss, Selection};
+use bag_player::{Bag, BagMessage, Loss, Messages, Selection};
 use detection::shell::CloudInput;
 use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
@@ -35,6 +35,55 @@ pub(crate) struct LocalRun {
     pub(crate) is_interrupted: bool,
 }
 
+/// A bag on its way through the nodes.
+pub(super) struct Passage {
+    pub(super) pipeline: Pipeline,
+    messages: Messages,
+    inputs: Inputs,
+}
+
+impl Passage {
+    /// Begins with the first message.
+    pub(super) fn begin(
+        bag: &Bag,
+        inputs: Inputs,
+        parameters: &PipelineParameters,
+    ) -> Result<Self, Failure> {
+        let pipeline = pipeline_for(&inputs, parameters)
+            .map_err(|error: NodeFailure| Failure::new(error.to_string()))?;
+        let sensors = inputs.by_node_name().into_iter().map(|(_, topic)| topic);
+        let topics: BTreeSet<String> =
+            sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
+        let topics = topics.into_iter().collect();
+        let selection = Selection { topics: Some(topics), ..Selection::default() };
+        let messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
+        Ok(Self { pipeline, messages, inputs })
+    }
+
+    /// Passes the next message to the nodes and lets them process it; `false` after the last one.
+    pub(super) fn advance(&mut self) -> Result<bool, Failure> {
+        let Some(message) = self.messages.next() else { return Ok(false) };
+        let message = message.map_err(|error| Failure::new(error.to_string()))?;
+        let pipeline = &mut self.pipeline;
+        let fed = pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
+        match fed.and_then(|()| publish(&message, &self.inputs, pipeline.sensors())) {
+            Ok(()) => pipeline.flow(),
+            Err(error) => pipeline.dropped(&message.topic, &error.to_string()),
+        }
+        Ok(true)
+    }
+
+    /// The topics that it reads.
+    pub(super) fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
+    /// The parts of the bag that could not be read so far.
+    pub(super) fn losses(&self) -> &[Loss] {
+        self.messages.losses()
+    }
+}
+
 /// Runs a bag through the nodes.
 pub(crate) fn run(
     bag: &Bag,
@@ -43,30 +92,19 @@ pub(crate) fn run(
     bag_name: &str,
     (progress, interrupt): (&Progress, &Interrupt),
 ) -> Result<LocalRun, Failure> {
-    let failed = |error: NodeFailure| Failure::new(error.to_string());
-    let mut pipeline = pipeline_for(inputs, parameters).map_err(failed)?;
-    let sensors = inputs.by_node_name().into_iter().map(|(_, topic)| topic);
-    let topics: BTreeSet<String> =
-        sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
-    let topics = topics.into_iter().collect();
-    let selection = Selection { topics: Some(topics), ..Selection::default() };
-    let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
-    let mut is_interrupted = false;
-    for message in &mut messages {
+    let mut passage = Passage::begin(bag, inputs.clone(), parameters)?;
+    let is_interrupted = loop {
         if interrupt.has_come() {
-            is_interrupted = true;
-            break;
+            break true;
         }
-        let message = message.map_err(|error| Failure::new(error.to_string()))?;
-        let fed = pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
-        match fed.and_then(|()| publish(&message, inputs, pipeline.sensors())) {
-            Ok(()) => pipeline.flow(),
-            Err(error) => pipeline.dropped(&message.topic, &error.to_string()),
+        if !passage.advance()? {
+            break false;
         }
         progress.advance();
-    }
+    };
+    let losses = passage.losses().to_vec();
+    let mut pipeline = passage.pipeline;
     pipeline.end_of_input();
-    let losses = messages.losses().to_vec();
     let blind_scans = pipeline.blind_scans();
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
     let wants_grid = parameters.reconstruction().grid.grid != GridSource::None;

@@ -26,13 +26,13 @@ use crate::visual;
 pub struct ParameterArgs {
     /// A ROS 2 parameter file for the nodes; later ones override earlier ones
     #[arg(long = "params-file", value_name = "FILE")]
-    files: Vec<PathBuf>,
+    pub files: Vec<PathBuf>,
     /// The method of all three nodes, whatever the files say
     #[arg(long, value_parser = method_parser())]
-    method: Option<Method>,
+    pub method: Option<Method>,
     /// Edge of the map's voxels, in metres; of the method free_space
     #[arg(long, value_name = "METRES")]
-    map_edge: Option<f64>,
+    pub map_edge: Option<f64>,
     /// Make the occupancy grid for navigation, too: of the scans alone, or of the map between two heights above the floor
     #[arg(long, value_name = "SOURCE", value_parser = grid_parser())]
     grid: Option<GridSource>,
