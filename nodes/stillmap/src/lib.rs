@@ -1,6 +1,8 @@
 //! The program `stillmap`: its command line. The subcommands are in `robot` and, with the feature `laboratory`, in
 //! `laboratory`.
 
+mod manual;
+
 use std::ffi::OsString;
 use std::process::ExitCode;
 
@@ -31,6 +33,10 @@ enum Command {
     #[cfg(feature = "laboratory")]
     #[command(flatten)]
     Laboratory(laboratory::Command),
+    /// What completes this command line in a shell
+    Completions(manual::CompletionsArgs),
+    /// The manual pages, into a folder
+    Man(manual::ManArgs),
 }
 
 /// Scores `run` against the truth of its bag.
@@ -63,6 +69,12 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Robot(command) => command.run(&ros, SCORING),
         #[cfg(feature = "laboratory")]
         Command::Laboratory(command) => command.run(&ros),
+        Command::Completions(args) => {
+            manual::print_completions(&args, self::command()).map(|()| ExitCode::SUCCESS)
+        }
+        Command::Man(args) => {
+            manual::write_pages(&args, self::command()).map(|()| ExitCode::SUCCESS)
+        }
     };
     result.unwrap_or_else(|failure| fail(&failure))
 }
