@@ -59,6 +59,10 @@ fn packages_say_what_the_workspace_says() {
     let installed = cmake.split("set(programs ").nth(1).unwrap().split(')').next().unwrap();
     let installed: BTreeSet<String> = installed.split(' ').map(str::to_owned).collect();
     assert_eq!(installed, programs());
+    // The wheel has the version of its crate.
+    let python = read("nodes/python/pyproject.toml");
+    assert!(python.contains("dynamic = [\"version\"]"));
+    assert!(python.contains(&format!("license = {{ text = \"{}\" }}", value("license"))));
     // A robot needs no laboratory.
     assert!(cmake.contains("--no-default-features"));
     let debian = read(".ci/package");
