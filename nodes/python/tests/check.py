@@ -1,7 +1,7 @@
-"""Checks the package against what `stillmap demo` left in a folder: the same bag gives the same map.
+"""Checks the package against what `stillmap run` left: the same bag gives the same map, masks and clouds.
 
-Run with the package on the path: python3 check.py FOLDER. The folder's files are read with nothing of the project where the
-package's own reader is what is checked.
+Run with the package on the path: python3 check.py FOLDER. The folder has room.mcap, in which a platform turns and a person passes it, with
+colours, and what `stillmap run room.mcap --out room` has written. The program's files are read with nothing of the project.
 """
 
 import contextlib
@@ -16,22 +16,26 @@ import numpy as np
 
 import stillmap
 
-DEMO = pathlib.Path(sys.argv.pop())
-BAG = DEMO / "demo.mcap"
+FOLDER = pathlib.Path(sys.argv.pop())
+BAG, WRITTEN = FOLDER / "room.mcap", FOLDER / "room"
 # The reduced cloud's points are means over voxels in the rig's frame; they go through one rotation of single precision.
 ROUNDING_M = 1e-5
 
 
 def vertices(path):
-    """The x, y, z of a binary little-endian PLY whose vertices are float x y z, and colours where there are any."""
+    """The vertices of a binary little-endian PLY, which has nothing else: by the names of their properties."""
     header, _, body = path.read_bytes().partition(b"end_header\n")
-    lines = header.decode("ascii").splitlines()
-    count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
+    lines = [line.split() for line in header.decode("ascii").splitlines()]
     kinds = {"float": "<f4", "uchar": "u1"}
-    fields = [line.split()[1:] for line in lines if line.startswith("property") and "list" not in line]
-    dtype = np.dtype([(name, kinds[kind]) for kind, name in fields[: 3 if count * 12 == len(body) else None]])
-    table = np.frombuffer(body[: count * dtype.itemsize], dtype)
-    return np.stack([table[axis] for axis in "xyz"], axis=1)
+    dtype = np.dtype([(name, kinds[kind]) for first, kind, name in (line for line in lines if line[0] == "property")])
+    table = np.frombuffer(body, dtype)
+    assert [["element", "vertex", str(len(table))]] == [line for line in lines if line[0] == "element"]
+    return table
+
+
+def columns(table, names):
+    """Some of the properties, as the columns of an array."""
+    return np.stack([table[name] for name in names], axis=1)
 
 
 @contextlib.contextmanager
@@ -61,13 +65,15 @@ class TheMap(unittest.TestCase):
 
     def test_is_that_of_the_program(self):
         self.assertEqual(self.run_.problems, [])
-        np.testing.assert_array_equal(self.map.points, vertices(DEMO / "map.ply"))
+        written = vertices(WRITTEN / "map.ply")
+        np.testing.assert_array_equal(self.map.points, columns(written, "xyz"))
+        np.testing.assert_array_equal(self.map.colours, columns(written, ("red", "green", "blue")))
         self.assertEqual(len(self.map), len(self.map.points))
         self.assertEqual(self.map.points.dtype, np.float32)
         np.testing.assert_allclose(np.linalg.norm(self.map.normals, axis=1), 1, atol=1e-5)
 
     def test_is_read_and_saved(self):
-        read = stillmap.read_map(DEMO / "map.ply")
+        read = stillmap.read_map(WRITTEN / "map.ply")
         np.testing.assert_array_equal(read.points, self.map.points)
         self.assertIsNone(read.normals)
         with tempfile.TemporaryDirectory() as folder:
@@ -83,7 +89,7 @@ class TheMap(unittest.TestCase):
             # What the program wrote is written again, byte for byte: its views are kept.
             path = pathlib.Path(folder) / "again.ply"
             read.save(path)
-            self.assertEqual(path.read_bytes(), (DEMO / "map.ply").read_bytes())
+            self.assertEqual(path.read_bytes(), (WRITTEN / "map.ply").read_bytes())
             with self.assertRaisesRegex(stillmap.Error, r"\.ply or \.pcd"):
                 self.map.save(pathlib.Path(folder) / "map.png")
 
@@ -101,25 +107,35 @@ class TheMap(unittest.TestCase):
             stillmap.Map(points, normals=[[0, 0, 1]])
 
     def test_cycles_have_what_moves(self):
-        removed = {int(path.stem.split("_")[1]): vertices(path) for path in (DEMO / "dynamic").glob("cycle_*.ply")}
+        clouds = (WRITTEN / "dynamic").glob("cycle_*.ply")
+        removed = {int(path.stem.split("_")[1]): columns(vertices(path), "xyz") for path in clouds}
         self.assertGreater(len(removed), 10)
         self.assertEqual([cycle.index for cycle in self.cycles], list(range(len(self.cycles))))
         for cycle in self.cycles:
             self.assertEqual(cycle.depth.dtype, np.float32)
             self.assertEqual(cycle.moving.dtype, np.bool_)
             self.assertEqual(cycle.depth.shape, cycle.moving.shape)
+            self.assertEqual(cycle.colours.shape, (*cycle.depth.shape, 3))
             self.assertIs(cycle.depth, cycle.depth)
             self.assertAlmostEqual(cycle.stamp_s, cycle.stamp_ns / 1e9, places=6)
             self.assertEqual(cycle.map_frame, "map")
             in_rig = removed.get(cycle.index, np.empty((0, 3)))
             in_map = in_rig @ cycle.map_from_rig[:3, :3].T + cycle.map_from_rig[:3, 3]
             np.testing.assert_allclose(cycle.dynamic_points, in_map, atol=ROUNDING_M)
+        self.assertGreater(np.abs(self.cycles[-1].map_from_rig - np.eye(4)).max(), 0.1)
         moving = [cycle for cycle in self.cycles if cycle.tracks and cycle.moving.any()]
         self.assertGreater(len(moving), 10)
         self.assertTrue(any(cycle.zones for cycle in moving))
         track = moving[0].tracks[0]
         self.assertEqual(track.position_m.shape, (3,))
         np.testing.assert_array_equal(track.covariance, track.covariance.T)
+
+    def test_other_method_has_no_pixels(self):
+        run = stillmap.run(BAG, method="rec_hv")
+        cycle = next(run)
+        self.assertEqual((cycle.depth, cycle.moving, cycle.camera_matrix), (None, None, None))
+        self.assertGreater(len(cycle.static_points), 100)
+        self.assertIsNone(run.map().colours)
 
     def test_pixels_that_do_not_move_are_on_the_map(self):
         """Back-projected by the camera's matrix and its pose, as a user would: frames, units and masks fit together."""
@@ -146,7 +162,7 @@ class TheBag(unittest.TestCase):
         self.assertEqual(len(messages), scan.message_count)
         self.assertEqual({message.topic for message in messages}, {"/scan"})
         self.assertTrue(all(message.data[:4] == b"\0\1\0\0" for message in messages))
-        self.assertIn("demo.mcap", repr(bag))
+        self.assertIn("room.mcap", repr(bag))
 
 
 class Trajectories(unittest.TestCase):
@@ -196,7 +212,7 @@ class Failures(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "half.mcap"
             whole = BAG.read_bytes()
-            path.write_bytes(whole[: len(whole) // 4])
+            path.write_bytes(whole[: len(whole) // 2])
             with self.assertWarns(UserWarning):
                 part = stillmap.map_of(path)
             with self.assertWarns(UserWarning), counting() as counted:
