@@ -16,6 +16,8 @@ use pyo3::pymodule;
 /// What `stillmap` exports.
 #[pymodule]
 mod _native {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::bag::{Bag, Message, Messages, Topic};
     #[pymodule_export]
@@ -28,4 +30,9 @@ mod _native {
     use super::run::{Run, run};
     #[pymodule_export]
     use super::trajectory::score_trajectories;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
 }

@@ -11,6 +11,7 @@ import sys
 import tempfile
 import threading
 import unittest
+from importlib import metadata
 
 import numpy as np
 
@@ -186,6 +187,17 @@ class Trajectories(unittest.TestCase):
             stillmap.evaluate_trajectory(estimate, reference, align="sim2")
         with self.assertRaisesRegex(stillmap.Error, "match"):
             stillmap.evaluate_trajectory(estimate, reference, offset_s=100.0)
+
+
+class ThePackage(unittest.TestCase):
+    def test_says_its_version_and_has_its_licence(self):
+        self.assertEqual(metadata.version("stillmap"), stillmap.__version__)
+        licences = [path for path in metadata.files("stillmap") if path.name == "LICENSE"]
+        self.assertIn("Apache License", licences[0].read_text())
+
+    def test_says_what_everything_is(self):
+        for name in set(stillmap.__all__) - {"__version__"}:
+            self.assertTrue(getattr(stillmap, name).__doc__, name)
 
 
 class Failures(unittest.TestCase):

@@ -18,7 +18,22 @@ import os
 import warnings
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from ._native import Bag, Cycle, Error, Map, Message, Messages, Run, Topic, Track, Zone, read_map, run, score_trajectories
+from ._native import (
+    Bag,
+    Cycle,
+    Error,
+    Map,
+    Message,
+    Messages,
+    Run,
+    Topic,
+    Track,
+    Zone,
+    __version__,
+    read_map,
+    run,
+    score_trajectories,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -36,6 +51,7 @@ __all__ = [
     "Topic",
     "Track",
     "Zone",
+    "__version__",
     "evaluate_trajectory",
     "map_of",
     "read_map",

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "__version__",
     "Bag",
     "Cycle",
     "Error",
@@ -20,6 +21,8 @@ __all__ = [
     "run",
     "score_trajectories",
 ]
+
+__version__: str
 
 _Path = str | os.PathLike[str]
 
