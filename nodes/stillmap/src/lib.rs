@@ -1,5 +1,5 @@
 //! The program `stillmap`: its command line. The subcommands are in `robot` and, with the feature `laboratory`, in
-//! `laboratory`.
+//! `laboratory`; those about the command line itself are here.
 
 mod manual;
 

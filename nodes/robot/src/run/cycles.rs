@@ -20,9 +20,6 @@ use super::parameters::ParameterArgs;
 use crate::failure::Failure;
 use crate::map_file::MapFile;
 
-/// Cycles that may wait to be taken: more than one message can complete.
-const WAITING_CYCLES: usize = 64;
-
 /// What a cycle has found.
 #[derive(Clone, Debug)]
 pub struct CycleFinding {
@@ -83,7 +80,8 @@ impl CycleRun {
         let of_node = |error: NodeFailure| Failure::new(error.to_string());
         let of_shell = |error: node_shell::ShellError| Failure::new(error.to_string());
         let listener = passage.pipeline.listener().map_err(of_node)?;
-        let qos = Qos::reliable(WAITING_CYCLES);
+        // The most that one message can complete: the scan that it comes with, and those that wait for it.
+        let qos = Qos::reliable(parameters.detection().max_waiting_scans.saturating_add(1));
         Ok(Self {
             bag_name: bag_name(bag.path()),
             note,
