@@ -158,6 +158,50 @@ fn line_of(message: &PoseStamped) -> String {
     format!("{seconds} {} {} {} {} {} {} {}\n", at.x, at.y, at.z, to.x, to.y, to.z, to.w)
 }
 
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_topics_of_a_live_graph_are_found_and_the_suite_starts_with_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let namespace = format!("/up_detect_{}", std::process::id());
+    let rule = format!("__ns:={namespace}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+    let node = Node::start("outsider", &arguments).unwrap();
+    let reduced = node.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(5)).unwrap();
+    let mut player = vec!["play".to_owned(), bag.display().to_string(), "--loop".to_owned()];
+    for (from, name) in [
+        ("/scan", "laser/scan"),
+        ("/pose", "amcl/pose"),
+        ("/camera/depth/image_raw", "front/depth/image_raw"),
+        ("/camera/depth/camera_info", "front/depth/camera_info"),
+    ] {
+        player.push(format!("--topics={from}"));
+        player.push(format!("--remap={from}:={namespace}/{name}"));
+    }
+    let player = Running::start(player);
+    let detect = |rule: String| move || stillmap(["up", "--detect", "--ros-args", "-r", &rule]);
+    let mut said = String::new();
+    // The player may not have begun, or a busy machine may not have got to it.
+    for _ in 0..10 {
+        let output = tokio::task::spawn_blocking(detect(rule.clone())).await.unwrap();
+        if output.status.success() {
+            said = String::from_utf8(output.stdout).unwrap();
+            break;
+        }
+    }
+    let command = format!(
+        "stillmap up --ros-args -r scan:={namespace}/laser/scan -r pose:={namespace}/amcl/pose \
+         -r depth/image:={namespace}/front/depth/image_raw \
+         -r depth/camera_info:={namespace}/front/depth/camera_info"
+    );
+    assert_eq!(said.lines().last(), Some(command.as_str()), "{said}");
+    let up = Running::start(["up", "--detect", "--yes", "--ros-args", "-r", &rule]);
+    let cycle = timeout(PATIENCE, reduced.next()).await;
+    assert!(cycle.is_ok(), "the suite has no cycle");
+    assert!(up.interrupt());
+    drop((player, reduced));
+    node.close().await;
+}
+
 fn play(bag: &Path, namespace: &str, topics: &[(&str, &str)], rate: f64) -> Running {
     let mut arguments = vec!["play".to_owned(), bag.display().to_string()];
     arguments.push(format!("--rate={rate}"));

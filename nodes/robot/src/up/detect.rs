@@ -9,8 +9,8 @@ use crate::doctor::{Listening, Proposal, listen};
 use crate::failure::Failure;
 
 /// How long the graph is listened to: cameras and scanners are discovered within a second or two, and a scanner at 5 Hz sends
-/// some messages.
-const LISTENING: Listening = Listening { span: Duration::from_secs(5), measure: true };
+/// some messages. Where something is missing, once more and longer: drivers that have just been started need some seconds.
+const LISTENING_S: [u64; 2] = [5, 15];
 
 /// Listens to the graph, and prints what it has and the command for that. `own` are the arguments for the program itself.
 ///
@@ -19,8 +19,15 @@ const LISTENING: Listening = Listening { span: Duration::from_secs(5), measure: 
 pub(super) fn detect(ros: &RosArguments, own: &[String]) -> Result<Proposal, Failure> {
     let transport = Transport::from_environment()
         .map_err(|error| Failure::new(format!("no node can start: {error}")))?;
-    let (graph, _) = listen(transport, ros, LISTENING)?;
-    let proposal = Proposal::of(&graph)?;
+    let mut heard = Err(Failure::new("nothing was heard"));
+    for span in LISTENING_S.map(Duration::from_secs) {
+        let (graph, _) = listen(transport.clone(), ros, Listening { span, measure: true })?;
+        heard = Proposal::of(&graph);
+        if heard.is_ok() {
+            break;
+        }
+    }
+    let proposal = heard?;
     for input in &proposal.inputs {
         let rate = input.rate_hz.map_or_else(
             || "published, nothing came".to_owned(),

@@ -71,6 +71,13 @@ impl SuiteTopics {
         identity.resolve(&self.arguments.remappings, name).ok()
     }
 
+    /// Whether a topic is in the namespace that the nodes have here.
+    pub(super) fn is_beside(&self, topic: &str) -> bool {
+        // Of any name: what is before it is the namespace.
+        let own = self.resolved("probe").unwrap_or_default();
+        own.strip_suffix("probe").is_some_and(|namespace| topic.starts_with(namespace))
+    }
+
     /// The absolute name and the type of one of the inputs.
     pub(super) fn input(&self, name: &str) -> Option<(&str, &'static str)> {
         let Self { arguments: _, scan, pose, depth, compressed_depth, camera_info, points } = self;

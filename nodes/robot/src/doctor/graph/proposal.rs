@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{GraphView, ReceivedTopic};
 use crate::failure::Failure;
 use crate::offer::Offer;
-use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
+use crate::run::inputs::{Inputs, TF, TF_STATIC, TopicArgs, ViewTopics};
 use crate::run::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::run::tf_frames::{self, TfFrames};
 use crate::visual::VisualTopics;
@@ -44,7 +44,7 @@ pub(crate) struct ProposedInput {
 }
 
 impl Proposal {
-    /// The arguments for what was observed of a graph. Inputs that are published under the suite's own names are taken; others are
+    /// The arguments for what was observed of a graph, or of the namespace that the suite is to have. Inputs that are published under the suite's own names are taken; others are
     /// found by their types, their usual names, and whether images are depth images.
     ///
     /// # Errors
@@ -58,6 +58,7 @@ impl Proposal {
             .endpoints
             .iter()
             .filter(|one| one.role == Role::Publisher && is_alive(view, one))
+            .filter(|one| is_tf(&one.topic) || view.suite.is_beside(&one.topic))
             .map(|one| (one.topic.as_str(), one.type_name.as_str()))
             .collect();
         let offer = Offer::of_graph(published);
@@ -155,6 +156,10 @@ impl Proposal {
     }
 }
 
+fn is_tf(topic: &str) -> bool {
+    [TF, TF_STATIC].contains(&topic)
+}
+
 /// Whether a publisher could be a sensor's, or a localisation's: poses that do not come, or once in a while, are goals or first
 /// guesses. What nobody listened to counts.
 fn is_alive(view: &GraphView, one: &DiscoveredEndpoint) -> bool {
@@ -181,7 +186,8 @@ fn placed(view: &GraphView, inputs: &Inputs) -> Option<TfFrames> {
 
 /// A node of the suite that is there.
 fn running_suite(view: &GraphView) -> Option<String> {
-    let is_suite = |node: &&str| SUITE.contains(&node.rsplit('/').next().unwrap_or_default());
+    let is_suite =
+        |node: &&str| SUITE.iter().any(|one| view.suite.resolved(one).as_deref() == Some(*node));
     let mut nodes = view.endpoints.iter().filter_map(|one| one.node.as_deref());
     nodes.find(is_suite).map(|node| format!("node {node}"))
 }
@@ -214,6 +220,9 @@ mod tests {
     use msgs::sensor_msgs::LaserScan;
     use msgs::tf2_msgs::TFMessage;
 
+    use node_shell::RosArguments;
+
+    use super::super::SuiteTopics;
     use super::super::synthetic::*;
     use super::*;
 
@@ -296,6 +305,24 @@ mod tests {
         assert!(proposal.notes.is_empty(), "{:?}", proposal.notes);
     }
 
+    #[test]
+    fn with_a_namespace_the_topics_of_other_robots_are_none() {
+        let mut graph = robot();
+        for one in &mut graph.endpoints {
+            one.topic = format!("/first{}", one.topic);
+        }
+        let endpoints = graph.endpoints.clone();
+        graph.endpoints.extend(endpoints.into_iter().map(|mut one| {
+            one.topic = one.topic.replace("/first", "/second");
+            one
+        }));
+        assert!(refused(&graph).contains("the graph has 2 topics"), "{}", refused(&graph));
+        let arguments = RosArguments::parse(["--ros-args", "-r", "__ns:=/second"]).unwrap();
+        graph.suite = SuiteTopics::resolve(&arguments).unwrap();
+        assert!(command(&graph).contains("-r scan:=/second/laser/scan"), "{}", command(&graph));
+        assert!(!command(&graph).contains("/first"), "{}", command(&graph));
+    }
+
     /// RViz publishes the goals that its user sets.
     #[test]
     fn a_goal_is_no_pose_of_the_robot() {
@@ -314,7 +341,7 @@ mod tests {
         graph.endpoints.retain(|one| one.type_name != SCAN);
         assert!(refused(&graph).contains("the graph has no topic of type"), "{}", refused(&graph));
         let mut running = robot();
-        running.endpoints.push(publisher("/static_map", POINTS, "/robot/reconstruction"));
-        assert!(refused(&running).contains("/robot/reconstruction runs"), "{}", refused(&running));
+        running.endpoints.push(publisher("/static_map", POINTS, "/reconstruction"));
+        assert!(refused(&running).contains("/reconstruction runs"), "{}", refused(&running));
     }
 }
