@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use geometry::{CameraModel, Distortion};
 use serde::{Deserialize, Serialize};
 
-use crate::StampError;
+use crate::{DepthEncoding, NoReturn, StampError};
 
 /// A depth camera that triangulates a projected pattern, as the first Kinect does.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -38,6 +38,10 @@ pub struct DepthCamera {
     pub dropout_ratio: f64,
     /// The least reflectivity of a measurable target at 1 m and normal incidence.
     pub min_signal: f64,
+    /// How its images are written.
+    pub encoding: DepthEncoding,
+    /// The depth of a pixel in metres without a measurement; in millimetres it is 0.
+    pub no_return: NoReturn,
     /// The errors of its stamps.
     pub stamps: StampError,
 }
@@ -87,6 +91,8 @@ impl DepthCamera {
             dead_columns_px: 8,
             dropout_ratio: 0.001,
             min_signal: 0.01,
+            encoding: DepthEncoding::Millimetres,
+            no_return: NoReturn::Nan,
             stamps: StampError::default(),
         }
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::noise::{FrameNoise, Stream};
 use crate::solid::{STATIC_ID, Solid, nearest_sighting};
-use crate::{Path, Ray, Scene, StampError};
+use crate::{NoReturn, Path, Ray, Scene, StampError};
 
 /// A scanner that measures one beam after the other while it rotates.
 ///
@@ -21,8 +21,12 @@ pub struct Lidar {
     pub rig_from_lidar: [f64; 6],
     /// The frame that scans are stamped with.
     pub frame_id: String,
-    /// Beams per revolution, evenly spaced; the last one points backwards (azimuth pi).
+    /// Beams per revolution, evenly spaced.
     pub beams: usize,
+    /// Azimuths of the first and of the last beam of the message; the increment is negative when the first is the larger
+    /// one. By default a full turn whose last beam points backwards (azimuth pi).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub azimuths_rad: Option<[f64; 2]>,
     /// Revolutions per second.
     pub turn_rate_hz: f64,
     /// Standard deviation of the start of a revolution as a share of it: the motor's speed varies.
@@ -43,6 +47,8 @@ pub struct Lidar {
     pub dropout_ratio: f64,
     /// The least reflectivity of a measurable target at 1 m and normal incidence.
     pub min_signal: f64,
+    /// The range of a beam without a return.
+    pub no_return: NoReturn,
     /// The errors of its stamps.
     pub stamps: StampError,
 }
@@ -68,6 +74,7 @@ impl Lidar {
             rig_from_lidar: [0.0, 0.0, -0.05, 0.0, 0.0, 0.0],
             frame_id: "laser".to_owned(),
             beams: 360,
+            azimuths_rad: None,
             turn_rate_hz: 7.0,
             turn_jitter: 0.004,
             range_min_m: 0.15,
@@ -78,6 +85,7 @@ impl Lidar {
             azimuth_spread_rad: PI / 180.0,
             dropout_ratio: 0.01,
             min_signal: 0.8 / (12.0 * 12.0),
+            no_return: NoReturn::Inf,
             stamps: StampError::default(),
         }
     }
@@ -103,13 +111,18 @@ impl Lidar {
         let start_s = self.turn_start_s(view.seed, turn);
         let turn_time_s = self.turn_start_s(view.seed, turn + 1) - start_s;
         let gaps = self.beams.saturating_sub(1).max(1) as f64;
-        let azimuth_step_rad = 2.0 * PI / self.beams.max(1) as f64;
+        let (last_rad, azimuth_step_rad) = match self.azimuths_rad {
+            Some([first_rad, last_rad]) => (last_rad, (last_rad - first_rad) / gaps),
+            None => (PI, 2.0 * PI / self.beams.max(1) as f64),
+        };
+        // A scanner that does not look all round is idle for the rest of its turn.
+        let measuring_s = turn_time_s * self.beams as f64 * azimuth_step_rad.abs() / (2.0 * PI);
         let scan = Scan {
             stamp: view.start.plus_seconds(self.turn_stamp_s(view.seed, turn)),
             frame_id: self.frame_id.clone(),
-            angle_min_rad: (PI - (self.beams as f64 - 1.0) * azimuth_step_rad) as f32,
+            angle_min_rad: (last_rad - (self.beams as f64 - 1.0) * azimuth_step_rad) as f32,
             angle_increment_rad: azimuth_step_rad as f32,
-            time_increment_s: (turn_time_s / gaps) as f32,
+            time_increment_s: (measuring_s / gaps) as f32,
             scan_time_s: turn_time_s as f32,
             range_min_m: self.range_min_m as f32,
             range_max_m: self.range_max_m as f32,
@@ -121,9 +134,9 @@ impl Lidar {
             .map(|beam| {
                 let measured_after = (self.beams - 1 - beam) as f64 / self.beams as f64;
                 let spread = f64::from(azimuth_noise.draw(beam).uniform()) - 0.5;
-                let azimuth_rad = PI - (self.beams - 1 - beam) as f64 * azimuth_step_rad
+                let azimuth_rad = last_rad - (self.beams - 1 - beam) as f64 * azimuth_step_rad
                     + spread * self.azimuth_spread_rad;
-                let time_s = start_s + measured_after * turn_time_s;
+                let time_s = start_s + measured_after * measuring_s;
                 self.measure(view, azimuth_rad, time_s, range_noise.draw(beam))
             })
             .unzip();
@@ -137,9 +150,9 @@ impl Lidar {
         time_s: f64,
         draw: crate::noise::Draw,
     ) -> (f32, u16) {
-        const NO_RETURN: (f32, u16) = (f32::INFINITY, STATIC_ID);
         /// The variation of the returned light between revolutions.
         const STRENGTH_FLUTTER: f64 = 0.4;
+        let no_return = (self.no_return.value(), STATIC_ID);
 
         let room_from_lidar = view.path.pose_at(time_s) * pose_from_vector(&self.rig_from_lidar);
         let ray = Ray {
@@ -150,18 +163,18 @@ impl Lidar {
         let Some(sighting) =
             nearest_sighting(view.statics.iter().chain(&moving), &ray, self.min_signal)
         else {
-            return NO_RETURN;
+            return no_return;
         };
         let chance = f64::from(draw.uniform());
         let needed = 1.0 + STRENGTH_FLUTTER * (chance - 0.5);
         if chance < self.dropout_ratio || sighting.strength < needed {
-            return NO_RETURN;
+            return no_return;
         }
         let std_dev_m = self.range_noise_m + self.range_noise_ratio * sighting.distance_m;
         let noisy_m = sighting.distance_m + std_dev_m * f64::from(draw.normal());
         let range_m = (noisy_m / self.range_step_m).round() * self.range_step_m;
         if range_m < self.range_min_m || range_m > self.range_max_m {
-            return NO_RETURN;
+            return no_return;
         }
         (range_m as f32, sighting.id)
     }

@@ -155,3 +155,24 @@ fn glass_is_seen_through_squarely_and_mirrors_what_grazes_it() {
     assert!(scan.measured_range_m(179 + 70).is_some());
     assert_eq!(scan.measured_range_m(179 + 78), None);
 }
+
+#[test]
+fn the_range_of_view_the_order_and_the_mark_of_no_return_are_the_message_s() {
+    let path = Path::still([0.0; 6]);
+    // 270 degrees from left to right, as of a scanner that is mounted upside down.
+    let lidar = Lidar {
+        beams: 271,
+        azimuths_rad: Some([0.75 * PI, -0.75 * PI]),
+        no_return: NoReturn::Zero,
+        ..exact()
+    };
+    let scan = scan(&lidar, vec![wall(3.0, Material::PLASTER)], &path, 0);
+    assert!((scan.azimuth_rad(0) - 0.75 * PI).abs() < 1e-5);
+    assert!((scan.azimuth_rad(270) + 0.75 * PI).abs() < 1e-5);
+    assert!(scan.angle_increment_rad < 0.0);
+    assert!((scan.ranges_m[135] - 3.0).abs() < 1e-5);
+    assert_eq!(scan.ranges_m[0], 0.0);
+    // It looks away for a quarter of its turn.
+    let measuring_s = scan.time_increment_s * 270.0;
+    assert!((measuring_s / scan.scan_time_s - 0.75).abs() < 0.01);
+}

@@ -8,7 +8,7 @@ use crate::colour_image::Moment;
 use crate::depth_image::{Canvas, Reading};
 use crate::noise::{FrameNoise, Stream};
 use crate::truth::Hull;
-use crate::{ColourImage, ObjectPose, ObjectPoses};
+use crate::{ColourImage, DepthEncoding, ObjectPose, ObjectPoses};
 
 impl Samples {
     pub(super) fn room_from_camera(&self, time_s: f64) -> Isometry3<f64> {
@@ -55,7 +55,14 @@ impl Samples {
         let reading = self.sensor.read(&canvas, &noise);
         let truth = self.object_poses(stamp, time_s, &canvas, &reading);
         let size_px = (camera.width_px, camera.height_px);
-        let pixels = DepthPixels::Millimetres(reading.depth_mm);
+        let pixels = match config.encoding {
+            DepthEncoding::Millimetres => DepthPixels::Millimetres(reading.depth_mm),
+            DepthEncoding::Metres => {
+                let none_m = config.no_return.value();
+                let metres = |mm: &u16| if *mm == 0 { none_m } else { f32::from(*mm) * 1e-3 };
+                DepthPixels::Metres(reading.depth_mm.iter().map(metres).collect())
+            }
+        };
         // Both have one value per pixel, so neither can be rejected.
         let image = DepthImage::new(stamp, config.frame_id.clone(), size_px, pixels).ok()?;
         let labels =

@@ -1,5 +1,7 @@
 //! Sensors that measure ranges: the scanners and the depth camera.
 
+use std::f64::consts::TAU;
+
 use geometry::{CameraModel, Distortion};
 
 use super::{
@@ -19,6 +21,15 @@ pub(super) fn check_lidar(lidar: &Lidar) -> Checked {
         return Err(ScenarioError::Beams { beams: lidar.beams });
     }
     check_pose(&lidar.rig_from_lidar, "the scanner")?;
+    if let Some([first_rad, last_rad]) = lidar.azimuths_rad {
+        let span_rad = last_rad - first_rad;
+        number(
+            "the span of lidar.azimuths_rad",
+            span_rad,
+            |v| v != 0.0 && v.abs() <= TAU,
+            "not 0, at most a full turn",
+        )?;
+    }
     rate("lidar.turn_rate_hz", lidar.turn_rate_hz)?;
     // A start never deviates by more than 3.47 times this: 0.1 keeps turns in their order.
     number("lidar.turn_jitter", lidar.turn_jitter, |v| (0.0..=0.1).contains(&v), "0 to 0.1")?;
