@@ -106,6 +106,8 @@ impl FreeSpaceSegmenter {
     pub fn step(&mut self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
         let stamp = cycle.reduced_cloud.stamp;
         let map_from_rig = cycle.continuous_from_rig();
+        // A scanner that is faster than the camera makes several cycles of one image, which is seen once all the same.
+        let is_new_image = self.last != Some(stamp);
         self.begin(stamp, cycle);
         let points_in_map: Vec<Point3<f64>> = cycle
             .reduced_cloud
@@ -157,7 +159,9 @@ impl FreeSpaceSegmenter {
             .filter(|&point| is_dynamic[point] && classes[point] == PointClass::SeenEmpty)
             .map(|point| &points_in_map[point]);
         newly_occupied.for_each(|point| self.occupancy.take_for_free(point));
-        self.record(cycle, (points_in_map, &camera_in_map), &is_dynamic);
+        if is_new_image {
+            self.record(cycle, (points_in_map, &camera_in_map), &is_dynamic);
+        }
         // What is newly occupied is not background before it has stayed: it counts as a hit in the evidence, and is left
         // out of the static scene until the evidence says background.
         for (dynamic, class) in is_dynamic.iter_mut().zip(&classes) {

@@ -150,6 +150,29 @@ fn upright(x_m: f32, y_m: [f32; 2], z_m: [f32; 2]) -> Vec<Point3<f32>> {
         .collect()
 }
 
+/// Regression: a scanner that is faster than the camera makes several cycles of an image, and three of them made a place free, or
+/// noise a surface.
+#[test]
+fn an_image_of_several_cycles_is_seen_once() {
+    let wall = upright(4.52, [-0.6, 0.6], [-0.6, 0.6]);
+    let body = upright(3.0, [-0.24, 0.24], [-0.36, 0.36]);
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    let cut_after = |images: [u32; 10]| {
+        let mut segmenter = Segmenter::new(config()).unwrap();
+        let mut cut = |index: u32, points_m: Vec<Point3<f32>>| {
+            let cycle = with_points(&view.cycle, index, points_m);
+            segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m.len()
+        };
+        for index in images {
+            cut(index, wall.clone());
+        }
+        cut(20, [wall.clone(), body.clone()].concat())
+    };
+    assert_eq!(cut_after([0; 10]), 0);
+    assert_eq!(cut_after([0, 1, 2, 3, 4, 5, 6, 7, 8, 9]), body.len());
+}
+
 /// Regression: of what goes out of view the last sliver stood where nothing was known, had nothing to grow from, and
 /// stayed in the map for ever, since no ray passes there any more.
 #[test]
