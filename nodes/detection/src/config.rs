@@ -55,8 +55,8 @@ geometry::parameters! {
         // longer is furniture to this method anyway.
         max_held_cycles: u32 = 7;
         /// A cloud belongs to a scan only within this difference of their stamps.
-        // One and a half periods of a 30 Hz camera: one lost image costs no cycle.
-        max_cloud_offset_s: f64 = 0.05, positive;
+        // Half a period of a 5 Hz camera; of one of 30 Hz two images in a row may be lost.
+        max_cloud_offset_s: f64 = 0.1, positive;
         /// The pose is interpolated only between poses at most this far apart.
         max_pose_gap_s: f64 = PoseBuffer::DEFAULT_MAX_GAP_S, positive;
         /// A scan is dropped when the newest stamp received is this much later than its own.
@@ -66,7 +66,7 @@ geometry::parameters! {
         // Scanners of up to 100 Hz within `max_wait_s`.
         max_waiting_scans: usize = 64, at_least(1.0);
         /// Clouds or depth images that are kept for scans to come.
-        // A 30 Hz camera sends 17 images in `max_wait_s` + `max_cloud_offset_s`.
+        // A 30 Hz camera sends 18 images in `max_wait_s` + `max_cloud_offset_s`.
         max_waiting_clouds: usize = 32, at_least(1.0);
         /// Poses that are kept.
         // One second of poses at 1 kHz.
