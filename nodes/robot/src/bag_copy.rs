@@ -33,7 +33,9 @@ impl BagCopy {
         let id = match self.channels.get(&key) {
             Some(id) => *id,
             None => {
-                let id = self.writer.raw_channel(&message.topic, &message.type_name, "", "")?;
+                let definition = msgs::schema_of(&message.type_name).unwrap_or_default();
+                let id =
+                    self.writer.raw_channel(&message.topic, &message.type_name, &definition, "")?;
                 self.channels.insert(key, id);
                 id
             }

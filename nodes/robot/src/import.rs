@@ -1,5 +1,6 @@
 //! `stillmap import`: conversion of recorded data sets to bags.
 
+mod added_scans;
 mod bag;
 mod clouds;
 mod csv;

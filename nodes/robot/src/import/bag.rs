@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use bag_player::{Bag, BagError, BagSummary, Selection, convert_ros1, is_ros1};
 use clap::Args;
 
+use super::added_scans::AddedScans;
 use super::print_summary;
+use super::scan_cut::ScanCutArgs;
 use crate::bag_copy::BagCopy;
 use crate::console;
 use crate::existing::BagOutput;
@@ -17,17 +19,24 @@ use crate::interrupt::Interrupt;
 #[command(after_help = "Examples:
   stillmap import bag people.bag -o people.mcap         ROS 1 (format 2.0), also as `import ros1`
   stillmap import bag people -o people.mcap             a rosbag2 folder
-  stillmap import bag people_0.db3 -o people.mcap")]
+  stillmap import bag people_0.db3 -o people.mcap
+  stillmap import bag camera.mcap --scan-from-depth -o with_scan.mcap     without a scanner: scans of the depth images")]
 pub struct BagArgs {
     /// A bag: ROS 1, sqlite3 or MCAP, recognised by its content, or a rosbag2 folder
     #[arg(value_name = "BAG")]
     bag: PathBuf,
+    #[command(flatten)]
+    scan: ScanCutArgs,
     #[command(flatten)]
     pub(super) output: BagOutput,
 }
 
 pub(crate) fn import(args: &BagArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     args.output.refuse_itself(&args.bag)?;
+    if args.scan.is_requested() && is_ros1(&args.bag) {
+        return Err(Failure::new("--scan-from-depth: not of a bag of ROS 1")
+            .fix("import it first, and then import what comes out with --scan-from-depth"));
+    }
     let (summary, lost) =
         if is_ros1(&args.bag) { from_ros1(args, interrupt)? } else { copy(args, interrupt)? };
     for line in &lost {
@@ -58,18 +67,25 @@ fn from_ros1(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<S
     Ok((conversion.summary, lost))
 }
 
-/// Copies the messages unchanged.
+/// Copies the messages unchanged, with the scans that are requested.
 fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String>), Failure> {
     let failed = |error: BagError| Failure::new(error.to_string());
     let bag = Bag::open(&args.bag).map_err(failed)?;
     let info = bag.info().map_err(failed)?;
     let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
+    let mut added = AddedScans::new(&args.scan, &info)?;
     let mut copy = BagCopy::begin(args.output.path(), &info).map_err(failed)?;
     for message in messages.by_ref() {
         if interrupt.has_come() {
             break;
         }
-        copy.write(&message.map_err(failed)?).map_err(failed)?;
+        let message = message.map_err(failed)?;
+        if let Some(scan) =
+            added.as_mut().map(|added| added.scan_of(&message)).transpose()?.flatten()
+        {
+            copy.write(&scan).map_err(failed)?;
+        }
+        copy.write(&message).map_err(failed)?;
     }
     let mut lost: Vec<String> =
         messages.losses().iter().map(|loss| format!("lost: {loss}")).collect();

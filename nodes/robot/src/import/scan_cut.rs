@@ -23,6 +23,13 @@ pub(crate) struct ScanCutArgs {
     scan_beams: usize,
 }
 
+impl ScanCutArgs {
+    /// Whether scans are requested.
+    pub(crate) fn is_requested(&self) -> bool {
+        self.scan_from_depth
+    }
+}
+
 /// Computes scans; keeps the data that depend only on the camera.
 pub(crate) struct ScanCut {
     parameters: Option<ScanFromDepth>,

@@ -137,7 +137,7 @@ impl Inputs {
         preferred: PoseInput,
     ) -> Result<Self, Failure> {
         let choose = Chooser { offer };
-        let scan = choose.topic::<LaserScan>(&args.scan, "--scan", &["scan"])?;
+        let scan = choose.scan(args)?;
         let view = match &args.points {
             Some(points) => ViewTopics::Points(choose.topic::<PointCloud2>(
                 &Some(points.clone()),
@@ -198,12 +198,43 @@ impl Inputs {
     }
 }
 
+/// Where the points of a bag come from.
+pub(crate) fn view_of(info: &BagInfo) -> Result<ViewTopics, Failure> {
+    Chooser { offer: &Offer::of_bag(info) }.view(&TopicArgs::default())
+}
+
 struct Chooser<'a> {
     offer: &'a Offer<'a>,
 }
 
 impl Chooser<'_> {
+    fn scan(&self, args: &TopicArgs) -> Result<String, Failure> {
+        if args.scan.is_none() && self.of_type(LaserScan::TYPE_NAME).is_empty() {
+            return Err(Failure::new(format!(
+                "{} has no 2D laser scan{}",
+                self.offer.place(),
+                self.offer.unread()
+            ))
+            .fix(
+                "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth images",
+            ));
+        }
+        self.topic::<LaserScan>(&args.scan, "--scan", &["scan"])
+    }
+
     fn view(&self, args: &TopicArgs) -> Result<ViewTopics, Failure> {
+        let has_none = |name: &str| self.of_type(name).is_empty();
+        let is_named = args.depth.is_some() || args.points.is_some();
+        if !is_named && has_none(Image::TYPE_NAME) && has_none(PointCloud2::TYPE_NAME) {
+            return Err(Failure::new(format!(
+                "{} has neither depth images nor clouds{}",
+                self.offer.place(),
+                self.offer.unread()
+            ))
+            .fix(
+                "the map and the masks are of depth; what moves in the scans alone is found by `stillmap eval scans`",
+            ));
+        }
         let has_depth = args.depth.is_some() || !self.of_type(Image::TYPE_NAME).is_empty();
         if !has_depth && !self.of_type(PointCloud2::TYPE_NAME).is_empty() {
             let points = self.topic::<PointCloud2>(&args.points, "--points", &["points"])?;
