@@ -39,7 +39,6 @@ mod dds_run;
 mod doctor;
 mod ending;
 mod filtered;
-mod following;
 mod foreign;
 mod killed_nodes;
 mod logs;
@@ -51,6 +50,7 @@ mod pipeline_settings;
 mod recorded_graph;
 mod restarted_map;
 mod restarted_node;
+mod scenes;
 mod simulated_time;
 mod up;
 
