@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 
 use bag_player::{BagInfo, TopicInfo};
 
+const GRAPH: &str = "the graph";
+
 /// One topic of an offer.
 #[derive(Clone, Copy, Debug)]
 struct Offered<'a> {
@@ -50,7 +52,7 @@ impl<'a> Offer<'a> {
             is_empty: false,
         };
         Self {
-            place: "the graph",
+            place: GRAPH,
             listed_by: "`stillmap doctor` lists what the graph has",
             topics: topics.into_iter().map(offered).collect(),
         }
@@ -59,6 +61,11 @@ impl<'a> Offer<'a> {
     /// Where the topics are: "the bag", or "the graph".
     pub(crate) fn place(&self) -> &'static str {
         self.place
+    }
+
+    /// Whether the topics are those of the live graph.
+    pub(crate) fn is_live(&self) -> bool {
+        self.place == GRAPH
     }
 
     /// How to see all of them, a clause.

@@ -215,9 +215,11 @@ impl Chooser<'_> {
                 self.offer.place(),
                 self.offer.unread()
             ))
-            .fix(
-                "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth images",
-            ));
+            .fix(if self.offer.is_live() {
+                "start the driver of the scanner"
+            } else {
+                "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth images"
+            });
         }
         self.topic::<LaserScan>(&args.scan, "--scan", &["scan"])
     }

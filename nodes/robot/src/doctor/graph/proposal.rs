@@ -339,7 +339,7 @@ mod tests {
         graph.endpoints.push(publisher("/rear/scan", SCAN, "/rear"));
         assert!(refused(&graph).contains("the graph has 2 topics"), "{}", refused(&graph));
         graph.endpoints.retain(|one| one.type_name != SCAN);
-        assert!(refused(&graph).contains("the graph has no topic of type"), "{}", refused(&graph));
+        assert!(refused(&graph).contains("the graph has no 2D laser scan"), "{}", refused(&graph));
         let mut running = robot();
         running.endpoints.push(publisher("/static_map", POINTS, "/reconstruction"));
         assert!(refused(&running).contains("/reconstruction runs"), "{}", refused(&running));
