@@ -8,5 +8,6 @@ pub(crate) mod publisher;
 pub(crate) mod raw_subscription;
 pub(crate) mod reader;
 pub(crate) mod service;
+pub(crate) mod service_client;
 pub(crate) mod subscription;
 pub(crate) mod writer;

@@ -12,6 +12,7 @@ mod follow;
 pub(crate) mod inbox;
 mod names;
 mod open_endpoint;
+mod servers;
 pub(crate) mod siblings;
 pub(crate) mod survey;
 mod trouble;
@@ -34,6 +35,7 @@ use clients::Clients;
 use names::NodeNames;
 pub(crate) use names::announced as announced_names;
 pub(crate) use open_endpoint::OpenEndpoint;
+use servers::Servers;
 use trouble::End;
 pub(crate) use trouble::{Trouble, TroubleKind};
 
@@ -115,6 +117,7 @@ pub(crate) struct Graph {
     endpoints: Arc<Mutex<BTreeMap<EndpointId, Endpoint>>>,
     names: Arc<Mutex<NodeNames>>,
     clients: Arc<Mutex<Clients>>,
+    servers: Arc<Mutex<Servers>>,
     broken: Arc<Mutex<Broken>>,
     exchange: Arc<Exchange>,
     siblings: Siblings,
@@ -126,6 +129,7 @@ impl Graph {
             endpoints: Arc::default(),
             names: Arc::default(),
             clients: Arc::default(),
+            servers: Arc::default(),
             broken: Arc::default(),
             exchange,
             siblings,
@@ -283,6 +287,16 @@ impl Graph {
         self.lock_clients().readers_of((&topics.0, &topics.1), client)
     }
 
+    /// Waits until the service `name` has a server that can hear and answer.
+    pub(crate) async fn wait_for_server(&self, name: &str) {
+        let topics = (dds_request_topic_name(name), dds_response_topic_name(name));
+        let mut changes = self.changes();
+        while !self.lock_servers().has((&topics.0, &topics.1)) {
+            // The exchange holds the sender, so the channel cannot close under the wait.
+            let _ = changes.changed().await;
+        }
+    }
+
     /// Leaves those that are readers of clients.
     pub(crate) fn retain_clients(&self, readers: &mut BTreeSet<GUID>) {
         let clients = self.lock_clients();
@@ -299,6 +313,10 @@ impl Graph {
 
     fn lock_clients(&self) -> MutexGuard<'_, Clients> {
         self.clients.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn lock_servers(&self) -> MutexGuard<'_, Servers> {
+        self.servers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn lock_broken(&self) -> MutexGuard<'_, Broken> {

@@ -50,8 +50,7 @@
 //! | `settings` | arguments, names, parameters, quality of service |
 //! | `process` | log, signals, warnings that do not repeat, files written whole, spilled files |
 //!
-//! Absent: clients of services, and actions.
-//! They come when a node needs them.
+//! Absent: actions. They come when a node needs them.
 
 mod endpoints;
 #[cfg(test)]
@@ -72,6 +71,7 @@ pub use endpoints::counters::Counters;
 pub use endpoints::publisher::{Publisher, RawPublisher, ValuePublisher};
 pub use endpoints::raw_subscription::{RawSubscription, ReceivedBytes};
 pub use endpoints::service::{Request, Service};
+pub use endpoints::service_client::{AskError, ServiceClient};
 pub use endpoints::subscription::{Subscription, ValueSubscription};
 pub use graph::inbox::Received;
 pub use graph::survey::{DiscoveredEndpoint, DiscoveredQos, ParticipantId, QosMismatch};
@@ -92,7 +92,9 @@ pub use process::whole_file::{folder_of, output_file, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};
 pub use services::odometry_output::{OdometryFrames, OdometryOutput, PublishedPose};
-pub use services::parameter_services::{LiveParameters, descriptors};
+pub use services::parameter_services::{
+    LiveParameters, descriptors, message_from_parameter, parameter_from_message,
+};
 pub use services::pipeline_watch::PipelineWatch;
 pub use services::stage_report::StageReporter;
 pub use services::steps::StepTimer;

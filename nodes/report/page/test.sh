@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The report's page in Chromium: `test.sh DIR` writes pages of made-up runs into DIR and tests them, and with them DIR/demo.html, the report of
-# the demo, where it is there.
+# The pages in Chromium: `test.sh DIR` writes report pages of made-up runs into DIR and tests them, with them DIR/demo.html, the report of the demo,
+# where it is there, and the live view of a made-up graph.
 set -euo pipefail
 mkdir -p "$1"
 pages=$(cd "$1" && pwd)
@@ -8,6 +8,7 @@ cd "$(dirname "$0")"
 
 [[ -d node_modules/playwright-core ]] || npm ci --ignore-scripts --no-audit --no-fund --silent
 # With the tests' features, of which all packages are built already.
-cargo build --quiet --locked -p report -p stillmap-tests --example pages
-"${CARGO_TARGET_DIR:-../../../target}/debug/examples/pages" "$pages"
-PAGES=$pages node --test tests/page.test.mjs
+cargo build --quiet --locked -p report -p live-view -p stillmap-tests --example pages --example made_up
+examples=${CARGO_TARGET_DIR:-$PWD/../../../target}/debug/examples
+"$examples/pages" "$pages"
+PAGES=$pages MADE_UP=$examples/made_up node --test tests/page.test.mjs tests/live.test.mjs

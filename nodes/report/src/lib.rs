@@ -22,7 +22,9 @@ mod cycle_view;
 mod headline;
 mod html_document;
 mod kept_out;
+mod live_page;
 mod page;
+pub mod payload;
 mod pictures;
 mod run_record;
 mod run_report;
@@ -37,6 +39,7 @@ pub use cycle_view::{
 };
 pub use headline::headline;
 pub use kept_out::{KeptOut, KeptOutCause};
+pub use live_page::{live_page_html, live_page_policy};
 pub use page::{
     CellTone, Page, PageCell, PagePart, PagePicture, PageRow, PageSection, PageTable, page_html,
 };

@@ -5,29 +5,24 @@
 
 mod cycles;
 mod moments;
-mod planes;
 mod point_set;
 #[cfg(test)]
 mod tests;
 mod views;
 
-use std::io::Write as _;
-
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
-use flate2::write::DeflateEncoder;
 use geometry::VoxelEdgeError;
 use maud::{Markup, PreEscaped, html};
-use nalgebra::{Isometry3, Point2, Point3};
+use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use self::moments::Moments;
 use self::point_set::PointSet;
 use self::views::VIEWS_PER_GROUP;
 use crate::cycle_view::{CLOUD_STEP_M, RANGE_STEP_M};
-use crate::pictures::HEIGHT_COLOURS;
-use crate::{KeptOutCause, RigCamera, RunRecord, Summary};
+use crate::payload::{self, Effort, HEIGHT_COLOURS, deflated, drawn_colour, json_in_script};
+use crate::{KeptOutCause, RunRecord, Summary};
 
 /// The viewer.
 const BUNDLE: &str = include_str!("../page/bundle.js");
@@ -77,7 +72,7 @@ pub(crate) fn scene(
     let map = if total > 0 && run.map_colours.len() == total {
         PointSet::thinned_with_colours(total, most, |index| {
             let (point_m, moment) = point(index);
-            (point_m, moment, drawn(run.map_colours[index]))
+            (point_m, moment, drawn_colour(run.map_colours[index]))
         })
     } else {
         PointSet::thinned(total, most, point)
@@ -98,14 +93,13 @@ pub(crate) fn scene(
         (block("cycles", cycles::encode(run).to_string().as_bytes()))
         @for (name, set, _) in &sets { (block(name, &set.bytes)) }
         @for (number, group) in views.iter().enumerate() { (block(&format!("views-{number}"), group)) }
-        script { (PreEscaped(BUNDLE)) }
+        (script())
     })
 }
 
-/// The colour in which a point is drawn: gray where none was seen, since black is not seen on the dark ground.
-fn drawn(colour: [u8; 3]) -> [u8; 3] {
-    const UNSEEN: [u8; 3] = [110; 3];
-    if colour == geometry::NO_COLOUR { UNSEEN } else { colour }
+/// The viewer.
+pub(crate) fn script() -> Markup {
+    html! { script { (PreEscaped(BUNDLE)) } }
 }
 
 fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet, f64)]) -> Value {
@@ -125,8 +119,8 @@ fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet, f64)]) -
         .collect();
     json!({
         "title": run.bag_name, "frame": run.map_frame_id, "points": points, "bounds_m": bounds_m, "heights_m": heights_m,
-        "height_colours": HEIGHT_COLOURS, "causes": causes, "camera": run.camera.as_ref().map(camera),
-        "rig_from_lidar": cycles::pose(&run.rig_from_lidar), "range_step_m": RANGE_STEP_M, "cloud_step_m": CLOUD_STEP_M,
+        "height_colours": HEIGHT_COLOURS, "causes": causes, "camera": run.camera.as_ref().map(payload::camera),
+        "rig_from_lidar": payload::pose(&run.rig_from_lidar), "range_step_m": RANGE_STEP_M, "cloud_step_m": CLOUD_STEP_M,
         "views_per_group": VIEWS_PER_GROUP, "map_unit": run.map_unit(),
     })
 }
@@ -185,34 +179,10 @@ fn bounds_m(run: &RunRecord) -> ([[f32; 3]; 2], [f32; 2]) {
     ([0, 1].map(|end| with_path.map(|axis| axis[end])), of_map[2])
 }
 
-/// Where the camera is in the rig, and the directions of its corners at a depth of 1 m.
-fn camera(camera: &RigCamera) -> Value {
-    let RigCamera { model, rig_from_camera } = camera;
-    let (right, bottom) = (model.width_px as f64 - 0.5, model.height_px as f64 - 0.5);
-    let corners: Vec<[f64; 3]> = [(-0.5, -0.5), (right, -0.5), (right, bottom), (-0.5, bottom)]
-        .into_iter()
-        .filter_map(|(x, y)| model.ray(&Point2::new(x, y)))
-        .map(|ray| (rig_from_camera.rotation * ray.push(1.0)).into())
-        .collect();
-    json!({ "at_m": <[f64; 3]>::from(rig_from_camera.translation.vector), "corners": corners })
-}
-
 fn block(name: &str, bytes: &[u8]) -> Markup {
-    data(name, "text/plain", &STANDARD.encode(deflated(bytes)))
+    data(name, "text/plain", &STANDARD.encode(deflated(bytes, Effort::Usual)))
 }
 
 fn data(name: &str, kind: &str, text: &str) -> Markup {
     html! { script type=(kind) id=(format!("scene-{name}")) { (PreEscaped(text)) } }
-}
-
-fn deflated(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = DeflateEncoder::new(Vec::new(), Compression::default());
-    // Writing to memory cannot fail.
-    let _ = encoder.write_all(bytes);
-    encoder.finish().unwrap_or_default()
-}
-
-/// JSON that no text in it can end the script element of: `<` begins every tag and comment, and is only found in texts.
-fn json_in_script(value: &Value) -> String {
-    value.to_string().replace('<', "\\u003c")
 }

@@ -31,6 +31,7 @@ mod rig;
 pub mod run;
 pub mod sensor_bag;
 mod up;
+mod view;
 pub mod visual;
 
 use std::process::ExitCode;
@@ -77,6 +78,8 @@ pub enum Command {
     Doctor(doctor::DoctorArgs),
     /// The whole suite live, in one process, as ROS 2 nodes
     Up(up::UpArgs),
+    /// The live view: a page in the browser with the map, what moves, and the state of the nodes of a running graph
+    View(view::ViewArgs),
     /// One node of the suite: detection, segmentation, reconstruction, pose, lidar-odometry or compression
     Node(node::NodeArgs),
 }
@@ -104,6 +107,7 @@ impl Command {
             Self::Calibrate(args) => calibrate::run(&args),
             Self::Doctor(args) => doctor::run(&args, ros),
             Self::Up(args) => up::run(&args, ros),
+            Self::View(args) => view::run(&args, ros),
             Self::Node(args) => return Ok(node::run(args)),
         };
         outcome.map(Outcome::exit_code)

@@ -4,11 +4,13 @@
 mod detect;
 
 use std::collections::BTreeSet;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
+use live_view::shell::{GraphOf, LiveView};
 use node_shell::arguments::ParameterSource;
 use node_shell::parameters::{self, ParameterError};
 use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
@@ -21,7 +23,7 @@ use tracing::Instrument;
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
 use crate::run::parameters::{check_agreement, check_map_edge};
-use crate::{lidar, visual};
+use crate::{lidar, view, visual};
 
 /// Arguments of `stillmap up`.
 #[derive(Args, Debug)]
@@ -41,6 +43,14 @@ pub struct UpArgs {
     /// Edge of the map's voxels, in metres; of the method free_space
     #[arg(long, value_name = "METRES")]
     map_edge: Option<f64>,
+    /// Serve the live view, a page for the browser: at this address, or for this machine alone; port 0 is a free one
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        default_missing_value = live_view::shell::DEFAULT_ADDRESS
+    )]
+    view: Option<SocketAddr>,
     /// Find topics, pose and mounts in the live graph, and print the command for them
     #[arg(long, conflicts_with = "pose")]
     detect: bool,
@@ -54,7 +64,8 @@ impl UpArgs {
     fn for_command(&self) -> Vec<String> {
         let rig = (self.rig != PRESETS[0].name).then(|| ["--rig".to_owned(), self.rig.clone()]);
         let edge = self.map_edge.map(|edge_m| ["--map-edge".to_owned(), edge_m.to_string()]);
-        rig.into_iter().chain(edge).flatten().collect()
+        let view = self.view.map(|address| ["--view".to_owned(), address.to_string()]);
+        rig.into_iter().chain(edge).chain(view).flatten().collect()
     }
 }
 
@@ -108,8 +119,9 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
-        let nodes =
-            Nodes::start(&arguments, args.pose).map_err(|error| Failure::new(error.to_string()))?;
+        let view = args.view.map(view::listen).transpose()?;
+        let nodes = Nodes::start(&arguments, args.pose, view)
+            .map_err(|error| Failure::new(error.to_string()))?;
         check_agreement(
             &nodes.detection.1.config.pipeline,
             &nodes.segmentation.1.config.pipeline,
@@ -196,6 +208,7 @@ struct Nodes {
     segmentation: (Node, SegmentationParameters),
     reconstruction: (Node, ReconstructionParameters),
     odometry: Option<Odometry>,
+    view: Option<(Node, LiveView)>,
 }
 
 /// The node that publishes the pose.
@@ -205,7 +218,11 @@ enum Odometry {
 }
 
 impl Nodes {
-    fn start(arguments: &RosArguments, pose: Option<PoseNode>) -> Result<Self, ShellError> {
+    fn start(
+        arguments: &RosArguments,
+        pose: Option<PoseNode>,
+        view: Option<LiveView>,
+    ) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?;
         let known = known_names()?;
         let node = |stage: Stage, own: &BTreeSet<String>| {
@@ -233,7 +250,14 @@ impl Nodes {
                 }
             })
         };
+        let view = view.map(|view| {
+            let _named = tracing::error_span!("live_view").entered();
+            let own = BTreeSet::new();
+            let node = host.node(live_view::shell::NODE, &for_one(arguments, &own, &known.all))?;
+            Ok::<_, ShellError>((node, view))
+        });
         Ok(Self {
+            view: view.transpose()?,
             odometry: pose.map(odometry).transpose()?,
             shutdown: host.shutdown_signal(),
             detection: with_parameters(detection)?,
@@ -267,6 +291,21 @@ impl Nodes {
         };
         tasks.spawn(serve.instrument(span(Stage::Reconstruction)));
 
+        let has = |pose: fn(&Odometry) -> bool| self.odometry.as_ref().is_some_and(pose);
+        let shown = view::shown_nodes(
+            has(|pose| matches!(pose, Odometry::Visual(..))),
+            has(|pose| matches!(pose, Odometry::Lidar(..))),
+        )?;
+        // The nodes go on without it.
+        let view = self.view.map(|(node, view)| {
+            view::announce(&view);
+            tokio::spawn(async {
+                if let Err(reason) = view::serve(view, node, GraphOf::ThisProcess, shown).await {
+                    tracing::error!("the live view has ended: {reason}");
+                }
+            })
+        });
+
         match self.odometry {
             Some(Odometry::Visual(node, parameters)) => {
                 let serve = async move {
@@ -293,6 +332,9 @@ impl Nodes {
             if let Err(error) = outcome(ended) {
                 failure.get_or_insert(error);
             }
+        }
+        if let Some(view) = view {
+            let _ended = view.await;
         }
         let failure = failure.or_else(|| self.shutdown.failure().map(Failure::new));
         failure.map_or(Ok(Outcome::Complete), Err)

@@ -41,6 +41,7 @@ mod ending;
 mod filtered;
 mod foreign;
 mod killed_nodes;
+mod live_view;
 mod logs;
 mod merged_maps;
 mod mesh_files;

@@ -30,7 +30,12 @@ use answering::{Ends, Outgoing};
 pub(crate) use wire::Body;
 
 /// Requests that may wait, as ROS 2 has it for services.
-const DEPTH: usize = 10;
+pub(crate) const DEPTH: usize = 10;
+
+/// The body of an encoded message that nothing precedes.
+pub(crate) fn body_of(encoded: &[u8]) -> Body {
+    Body(answering::body(Vec::new(), encoded))
+}
 
 /// Takes the requests of one service, which come from outside of the host.
 pub struct Service<S> {

@@ -160,7 +160,8 @@ impl<I: Incoming> Subscription<I> {
                 return received;
             }
             // Nothing is here, so what is missing before the next message never was.
-            let taken = reader.next(|| self.publisher_count() > 0).await;
+            // Publishers of this host hand their messages over: the reader is silent however much they publish.
+            let taken = reader.next(|| self.endpoint.peers_outside() > 0).await;
             if let Some(waiting) = self.accept(taken) {
                 reader.heard(&waiting.received.message, waiting.lost_before);
                 self.lock_waiting().push_back(waiting);

@@ -62,6 +62,13 @@ impl Graph {
                     self.exchange.notify();
                     return;
                 }
+                if let Some(data) = &data
+                    && data.topic_name().starts_with(REQUESTS)
+                {
+                    self.lock_servers().found(data.topic_name(), *remote_reader);
+                    self.exchange.notify();
+                    return;
+                }
                 let peer_type = data.map(|data| data.type_name().clone());
                 self.matched(*local_writer, *remote_reader, peer_type);
             }
@@ -75,6 +82,13 @@ impl Graph {
                     && data.topic_name().starts_with(REQUESTS)
                 {
                     self.lock_clients().writer_found(data.topic_name(), *remote_writer);
+                    self.exchange.notify();
+                    return;
+                }
+                if let Some(data) = &data
+                    && data.topic_name().starts_with(RESPONSES)
+                {
+                    self.lock_servers().found(data.topic_name(), *remote_writer);
                     self.exchange.notify();
                     return;
                 }
@@ -214,6 +228,7 @@ impl Graph {
 
     pub(super) fn lost(&self, is_lost: impl Fn(&GUID) -> bool) {
         self.lock_clients().lost(&is_lost);
+        self.lock_servers().lost(&is_lost);
         for endpoint in self.lock().values_mut() {
             endpoint.peers.retain(|peer| !is_lost(peer));
             endpoint.misfits.retain(|peer, _| !is_lost(peer));

@@ -11,6 +11,7 @@ use crate::endpoints::publisher::{Outlet, Publisher, RawPublisher, ValuePublishe
 use crate::endpoints::raw_subscription::RawSubscription;
 use crate::endpoints::reader::{MakeReader, Reader};
 use crate::endpoints::service::Service;
+use crate::endpoints::service_client::ServiceClient;
 use crate::endpoints::subscription::{Subscription, ValueSubscription};
 use crate::endpoints::writer::{MakeWriter, Writer};
 use crate::graph::exchange::TopicKey;
@@ -166,6 +167,21 @@ impl Node {
         match &self.network {
             None => Ok(Service::unasked(&absolute)),
             Some(network) => Service::new(network, &self.graph, &absolute),
+        }
+    }
+
+    /// A client of a service; it must be dropped before the node is closed.
+    ///
+    /// # Errors
+    /// When the name is none, or the library refuses.
+    pub fn service_client<S: RosService>(
+        &self,
+        name: &str,
+    ) -> Result<ServiceClient<S>, ShellError> {
+        let absolute = self.identity.resolve_service(&self.arguments.remappings, name)?;
+        match &self.network {
+            None => Ok(ServiceClient::of_nobody(&absolute)),
+            Some(network) => ServiceClient::new(network, &self.graph, &absolute),
         }
     }
 

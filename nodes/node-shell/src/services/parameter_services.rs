@@ -26,6 +26,7 @@ use crate::settings::parameters::{NodeParameters, ParameterError};
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 use store::Store;
+pub use value::{of_message as parameter_from_message, to_message as message_from_parameter};
 
 /// The topic of changes, of all nodes.
 const EVENTS: &str = "/parameter_events";

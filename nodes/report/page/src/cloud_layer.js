@@ -7,18 +7,31 @@ import { cloudLook, cloudMaterial } from "./cloud_material.js";
 export class CloudLayer {
   constructor(geometries, shared, look) {
     this.look = cloudLook(look);
+    this.shared = shared;
     this.group = new Group();
     this.count = 0;
-    for (const { block, geometry } of geometries) {
-      const points = new Points(geometry, cloudMaterial(shared, this.look, block));
-      points.frustumCulled = false;
-      points.userData.count = block.count;
-      // A geometry that several layers share has the range of the layer that is drawn.
-      points.onBeforeRender = () => geometry.setDrawRange(...points.userData.range);
-      points.userData.range = [0, block.count];
-      this.group.add(points);
-      this.count += block.count;
-    }
+    for (const { block, geometry } of geometries) this.add(block, geometry);
+  }
+
+  /** Adds a block; what it returns can be removed. */
+  add(block, geometry) {
+    const points = new Points(geometry, cloudMaterial(this.shared, this.look, block));
+    points.frustumCulled = false;
+    points.userData.count = block.count;
+    // A geometry that several layers share has the range of the layer that is drawn.
+    points.onBeforeRender = () => geometry.setDrawRange(...points.userData.range);
+    points.userData.range = [0, block.count];
+    this.group.add(points);
+    this.count += block.count;
+    return points;
+  }
+
+  /** Removes a block that no other layer has. */
+  remove(points) {
+    this.group.remove(points);
+    this.count -= points.userData.count;
+    points.geometry.dispose();
+    points.material.dispose();
   }
 
   get visible() {

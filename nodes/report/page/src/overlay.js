@@ -32,6 +32,21 @@ export class Overlay {
     this.groups.cloud.add(this.cloud.fixed, this.cloud.moving);
   }
 
+  /** Another camera, or another place of it in the rig. */
+  setRig(header) {
+    this.header = header;
+    clear(this.groups.frustum);
+    this.frustum = this.makeFrustum();
+    this.groups.frustum.add(this.frustum);
+  }
+
+  /** Where the rig went, as a list of places. */
+  setPath(places_m) {
+    clear(this.groups.path);
+    this.path = this.line(places_m, COLOURS.path);
+    this.groups.path.add(this.path);
+  }
+
   /** The lines, surfaces and points at cycle number `index` of the run, with what the sensors saw at cycle `viewIndex`. */
   show(index, view, viewIndex) {
     const cycle = this.run.cycles[index];

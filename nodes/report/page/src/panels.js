@@ -48,12 +48,12 @@ export class Panels {
       ["cycle", cycle.index],
       ["zones", zones.join(", ") || "none"],
       ["tracks", tracks.join(", ") || "none"],
-      ["points of the cloud", grouped(cycle.counts.before)],
-      ["reduced", grouped(cycle.counts.reduced)],
-      ["in a zone", grouped(cycle.counts.in_zone)],
+      ["points of the cloud", counted(cycle.counts.before)],
+      ["reduced", counted(cycle.counts.reduced)],
+      ["in a zone", counted(cycle.counts.in_zone)],
       ["taken for moving", grouped(cycle.counts.dynamic)],
       [`map, ${this.header.map_unit}`, grouped(cycle.counts.map)],
-    ];
+    ].filter(([, value]) => value !== null);
     this.facts.replaceChildren(element("caption", {}, "At this moment"),
       element("tbody", {}, ...rows.map(([name, value]) => element("tr", {}, element("th", { scope: "row" }, name), element("td", {}, String(value))))));
   }
@@ -93,6 +93,11 @@ export class Panels {
     context.lineTo(middle - 6, middle + 6);
     context.fill();
   }
+}
+
+/** A count as text; null where it is not known. */
+function counted(count) {
+  return count === undefined || count === null ? null : grouped(count);
 }
 
 /** The range within which 98 % of the returns are, in whole metres. */

@@ -1,8 +1,8 @@
-// What the page carries: a header in JSON and blocks of bytes, each compressed (deflate) and written in base64.
+// What the page carries, and what a connection brings: JSON and blocks of bytes. In the page they are compressed (deflate) and written in base64.
 
-/** The header, or null where the page carries none. */
-export function readHeader() {
-  const holder = document.getElementById("scene-header");
+/** The header `name`, or null where the page carries none. */
+export function readHeader(name) {
+  const holder = document.getElementById(`${name}-header`);
   return holder && JSON.parse(holder.textContent);
 }
 
@@ -11,6 +11,11 @@ export async function readBlock(name) {
   const text = atob(document.getElementById(`scene-${name}`).textContent);
   const packed = new Uint8Array(text.length);
   for (let at = 0; at < text.length; at += 1) packed[at] = text.charCodeAt(at);
+  return inflated(packed);
+}
+
+/** The bytes that were compressed. */
+export async function inflated(packed) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
@@ -41,6 +46,11 @@ export class Reader {
   u32() {
     this.at += 4;
     return this.numbers.getUint32(this.at - 4, true);
+  }
+
+  i32() {
+    this.at += 4;
+    return this.numbers.getInt32(this.at - 4, true);
   }
 
   f32() {

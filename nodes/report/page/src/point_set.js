@@ -39,7 +39,7 @@ function readBlockOf(reader, set, { origin_m, count }, kept) {
 }
 
 /** Steps of this length go through all `count` points, and any number of them is spread evenly over the set. */
-function strideOf(count) {
+export function strideOf(count) {
   let stride = Math.max(1, Math.round(count * GOLDEN));
   while (greatestCommonDivisor(stride, count) > 1) stride += 1;
   return stride;

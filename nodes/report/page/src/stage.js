@@ -22,13 +22,12 @@ export class Stage {
     this.towards = towards;
     this.canvas = canvas;
     this.onframe = onframe;
-    this.box = new Box3(new Vector3(...bounds[0]), new Vector3(...bounds[1]));
-    this.size_m = Math.max(1, this.box.getSize(new Vector3()).length());
-    this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.05, 12 * this.size_m);
+    this.camera = new PerspectiveCamera(FIELD_OF_VIEW_DEG, 1, 0.05, 1);
     this.camera.up.set(0, 0, 1);
     this.picture = new Picture(canvas, isPhone, shared);
     this.orbit = new OrbitControls(this.camera, canvas);
-    Object.assign(this.orbit, { enableDamping: true, dampingFactor: 0.12, maxDistance: 6 * this.size_m, minDistance: 0.1, screenSpacePanning: true });
+    Object.assign(this.orbit, { enableDamping: true, dampingFactor: 0.12, minDistance: 0.1, screenSpacePanning: true });
+    this.setBounds(bounds);
     this.orbit.listenToKeyEvents(canvas);
     this.orbit.keyPanSpeed = 20;
     this.orbit.addEventListener("change", () => this.wake(true));
@@ -38,6 +37,15 @@ export class Stage {
     this.last_ms = null;
     this.home();
     new ResizeObserver(() => this.fit()).observe(canvas);
+  }
+
+  /** The map has these bounds now; the view stays. */
+  setBounds(bounds) {
+    this.box = new Box3(new Vector3(...bounds[0]), new Vector3(...bounds[1]));
+    this.size_m = Math.max(1, this.box.getSize(new Vector3()).length());
+    this.camera.far = 12 * this.size_m;
+    this.camera.updateProjectionMatrix();
+    this.orbit.maxDistance = 6 * this.size_m;
   }
 
   get mode() {

@@ -22,7 +22,9 @@ import { Views } from "./views.js";
 const MOST_POINTS = 12_000_000;
 const MOST_POINTS_ON_PHONE = 1_000_000;
 /** How large a point is drawn, in distances of neighbouring points: the map without gaps when seen from the side, the others so that they do not hide it. */
-const SIZE_IN_SPACINGS = { map: 1.5, removed: 0.5, kept_out: 0.7 };
+export const SIZE_IN_SPACINGS = { map: 1.5, removed: 0.5, kept_out: 0.7 };
+/** The key of a layer that is coloured by height. */
+export const HEIGHTS_KEY = "linear-gradient(90deg, #4f6bed, #43c59e, #ffd94a)";
 const TURN_RAD = Math.PI / 12;
 /** The whole map is seen from this much aside. Below this share of its length the mean direction of the rig tells nothing. */
 const ASIDE_RAD = 0.5;
@@ -37,10 +39,7 @@ export async function startViewer(place, header) {
   for (const name of Object.keys(header.points)) sets[name] = geometriesOf(await readPointSet(header, name, most));
 
   const status = element("p", { class: "status", role: "status" });
-  const canvas = element("canvas", {
-    class: "scene", tabindex: 0, role: "img",
-    "aria-label": "The map in 3D. Arrow keys move the view, the keys with [ and ] turn it, plus and minus bring it nearer and farther.",
-  });
+  const canvas = sceneCanvas();
   const shared = sharedUniforms(header);
   const stage = new Stage(canvas, header.bounds_m, homeDirection(run), isPhone, shared, () => showStatus(status, stage, header));
   const clouds = cloudLayers(header, sets, shared);
@@ -68,6 +67,14 @@ export async function startViewer(place, header) {
     linkCharts(moment);
     follow(moment, run, new Views(header), { clouds, overlay, panels, stage });
   }
+}
+
+/** The canvas of the 3D view. */
+export function sceneCanvas() {
+  return element("canvas", {
+    class: "scene", tabindex: 0, role: "img",
+    "aria-label": "The map in 3D. Arrow keys move the view, the keys with [ and ] turn it, plus and minus bring it nearer and farther.",
+  });
 }
 
 /** The direction in which the rig looks most, a little from its right; a diagonal of the map where it looks around. */
@@ -101,7 +108,7 @@ function cloudLayers(header, sets, shared) {
   const layer = (set, look) => new CloudLayer(sets[set], shared, { sizeM: header.points[set].spacing_m * SIZE_IN_SPACINGS[set], ...look });
   const hasColour = header.points.map.has.includes("colour");
   const layers = [{
-    id: "map", name: "static map", colour: "linear-gradient(90deg, #4f6bed, #43c59e, #ffd94a)", shown: true, followsTime: true,
+    id: "map", name: "static map", colour: HEIGHTS_KEY, shown: true, followsTime: true,
     cloud: layer("map", { colouring: hasColour ? COLOURING.own : COLOURING.height }), count: header.points.map.total,
   }];
   if (sets.removed) {
@@ -123,7 +130,7 @@ function cloudLayers(header, sets, shared) {
   return layers;
 }
 
-function layerGroups(header, clouds, overlay) {
+export function layerGroups(header, clouds, overlay) {
   const asLayer = (entry) => ({ ...entry, show: (visible) => (entry.cloud.visible = visible) });
   const of = (id, name, colour) => ({ id, name, colour, shown: true, show: (visible) => (overlay.groups[id].visible = visible) });
   const keptOut = clouds.filter(({ isKeptOut }) => isKeptOut);
@@ -142,7 +149,7 @@ function layerGroups(header, clouds, overlay) {
   ];
 }
 
-function showStatus(status, { picture, mode }, header) {
+export function showStatus(status, { picture, mode }, header) {
   const { total } = picture;
   const drawn = Math.round(Math.min(1, picture.share) * total);
   const part = picture.isComplete ? `${grouped(total)} points` : `${grouped(drawn)} of ${grouped(total)} points`;
@@ -155,7 +162,7 @@ function showStatus(status, { picture, mode }, header) {
   status.dataset.frameMs = picture.frameMs.toFixed(1);
 }
 
-function sceneKey(event, stage, measure, moment) {
+export function sceneKey(event, stage, measure, moment) {
   const actions = {
     BracketLeft: () => stage.turn(TURN_RAD),
     BracketRight: () => stage.turn(-TURN_RAD),
@@ -181,10 +188,10 @@ function zoom(stage, factor) {
   stage.wake(true);
 }
 
-function help() {
+export function help(hasTime = true) {
   const keys = [
     ["drag, or [ ]", "turn"], ["right button, two fingers, or arrow keys", "move"], ["wheel, pinch, or + −", "nearer, farther"],
-    ["Walk: drag", "look"], ["W A S D, arrow keys, or two fingers", "go; Q and E down and up, shift faster"], ["space", "play"], [", .", "one cycle back, on"],
+    ["Walk: drag", "look"], ["W A S D, arrow keys, or two fingers", "go; Q and E down and up, shift faster"], ...(hasTime ? [["space", "play"], [", .", "one cycle back, on"]] : []),
     ["Home", "whole map"], ["Esc", "stop walking"],
   ];
   return element("details", { class: "help" }, element("summary", {}, "Keys and gestures"),

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::Point3;
 use serde_json::{Value, json};
 
-use super::planes::{push_differences_8, push_differences_16};
+use crate::payload::{push_differences_8, push_differences_16};
 
 /// A step of the coordinates: a tenth of the noise of a depth camera.
 const STEP_M: f64 = 0.001;

@@ -219,7 +219,7 @@ impl Chooser<'_> {
                 "start the driver of the scanner"
             } else {
                 "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth images"
-            });
+            }));
         }
         self.topic::<LaserScan>(&args.scan, "--scan", &["scan"])
     }

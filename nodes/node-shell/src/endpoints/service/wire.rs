@@ -40,6 +40,12 @@ pub(super) fn largest_whole(smallest_mtu_bytes: usize) -> usize {
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Body(pub(super) Vec<u8>);
 
+impl Body {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+}
+
 impl ros2_client::Message for Body {}
 
 impl Serialize for Body {

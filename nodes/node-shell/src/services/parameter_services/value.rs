@@ -20,8 +20,9 @@ pub(super) fn type_of(value: &Value) -> u8 {
     }
 }
 
-/// A value as a message, for a parameter of the type `kind`.
-pub(super) fn to_message(value: &Value, kind: u8) -> ParameterValue {
+/// A value as a message, for a parameter of the type `kind`, one of [`ParameterType`].
+#[must_use]
+pub fn to_message(value: &Value, kind: u8) -> ParameterValue {
     let elements = value.as_array().map_or(&[][..], Vec::as_slice);
     let mut message = ParameterValue { r#type: kind, ..ParameterValue::default() };
     match kind {
@@ -52,7 +53,7 @@ pub(super) fn to_message(value: &Value, kind: u8) -> ParameterValue {
 ///
 /// # Errors
 /// With what no parameter can have.
-pub(super) fn of_message(message: &ParameterValue) -> Result<Value, &'static str> {
+pub fn of_message(message: &ParameterValue) -> Result<Value, &'static str> {
     fn list<T: Clone + Into<Value>>(elements: &[T]) -> Value {
         Value::Array(elements.iter().cloned().map(Into::into).collect())
     }

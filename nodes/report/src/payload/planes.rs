@@ -2,7 +2,7 @@
 
 /// Appends numbers of 16 bits: first the low bytes of all differences, then the high ones. A difference is folded (0, -1, 1, -2, ...), so
 /// that small ones of either sign have a high byte of 0.
-pub(super) fn push_differences_16(bytes: &mut Vec<u8>, values: impl Iterator<Item = u16>) {
+pub fn push_differences_16(bytes: &mut Vec<u8>, values: impl Iterator<Item = u16>) {
     let mut high = Vec::new();
     let mut before = 0;
     for value in values {
@@ -17,7 +17,7 @@ pub(super) fn push_differences_16(bytes: &mut Vec<u8>, values: impl Iterator<Ite
 }
 
 /// Appends the differences of numbers of 8 bits.
-pub(super) fn push_differences_8(bytes: &mut Vec<u8>, values: impl Iterator<Item = u8>) {
+pub fn push_differences_8(bytes: &mut Vec<u8>, values: impl Iterator<Item = u8>) {
     let mut before = 0_u8;
     bytes.extend(values.map(|value| value.wrapping_sub(std::mem::replace(&mut before, value))));
 }

@@ -1,0 +1,150 @@
+//! The node `live_view` with its server: the topics of the suite in, a page for browsers out.
+//!
+//! The node and its server have a thread of their own, with a runtime of its own: the other nodes of the process share no task with
+//! them. While no browser looks, nothing is subscribed to and nothing is made. What a browser asks for (a map to be saved, a parameter to
+//! be set) goes to the services of the nodes as it would from any ROS 2 client.
+
+mod browsers;
+mod commands;
+mod connection;
+mod feed;
+mod server;
+mod shared;
+mod status;
+
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+use msgs::rcl_interfaces::ParameterDescriptor;
+use node_shell::{Node, NodeFailure};
+use tokio::sync::oneshot;
+
+use crate::Access;
+use shared::Shared;
+
+/// The name of the node.
+pub const NODE: &str = "live_view";
+
+/// Where the page is served by default: this machine alone.
+pub const DEFAULT_ADDRESS: &str = "127.0.0.1:8642";
+
+/// A node whose parameters the page shows.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ShownNode {
+    /// Its name, relative to the namespace of the view.
+    pub name: String,
+    /// The declarations of its parameters.
+    pub parameters: Vec<ParameterDescriptor>,
+}
+
+/// Where the nodes are that are shown.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum GraphOf {
+    /// In the process of the view: values come as they are.
+    ThisProcess,
+    /// Elsewhere: messages come over the network.
+    OtherProcesses,
+}
+
+/// The server cannot be had.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The address cannot be listened on.
+    #[error("cannot serve the live view on {address}: {source}")]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// The system's error.
+        source: std::io::Error,
+    },
+    /// The system gives no random bytes for the token.
+    #[error("there are no random bytes for the token of the live view: {0}")]
+    Random(getrandom::Error),
+}
+
+/// A server that listens, and does not answer yet.
+pub struct LiveView {
+    listener: std::net::TcpListener,
+    address: SocketAddr,
+    access: Access,
+}
+
+impl LiveView {
+    /// Listens on an address; port 0 is one that is free.
+    ///
+    /// # Errors
+    /// When the address cannot be listened on.
+    pub fn bind(address: SocketAddr) -> Result<Self, ViewError> {
+        let failed = |source| ViewError::Listen { address, source };
+        let listener = std::net::TcpListener::bind(address).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let mut random = [0; 16];
+        getrandom::fill(&mut random).map_err(ViewError::Random)?;
+        Ok(Self { listener, address, access: Access::on(address.ip(), random) })
+    }
+
+    /// The address of the page, with the token where it needs one.
+    #[must_use]
+    pub fn url(&self) -> String {
+        match &self.access {
+            Access::ThisMachine => format!("http://{}/", self.address),
+            Access::WithToken(token) => format!("http://{}/?token={}", self.address, token.text()),
+        }
+    }
+
+    /// Serves as `node` until the process is to end, on a thread of its own, and leaves the network.
+    ///
+    /// # Errors
+    /// When a topic cannot be had, or the server fails.
+    pub async fn serve(
+        self,
+        node: Node,
+        graph: GraphOf,
+        nodes: Vec<ShownNode>,
+    ) -> Result<(), NodeFailure> {
+        let (sender, ended) = oneshot::channel();
+        let span = tracing::Span::current();
+        std::thread::Builder::new().name("live-view".to_owned()).spawn(move || {
+            let _named = span.entered();
+            // The process may have ended meanwhile.
+            let _ = sender.send(self.serve_here(node, graph, nodes));
+        })?;
+        let (node, result) = ended.await?;
+        if let Some(node) = node {
+            node.close().await;
+        }
+        result
+    }
+
+    fn serve_here(
+        self,
+        node: Node,
+        graph: GraphOf,
+        nodes: Vec<ShownNode>,
+    ) -> (Option<Node>, Result<(), NodeFailure>) {
+        let node = Arc::new(node);
+        let result = self.run(Arc::clone(&node), graph, nodes);
+        // The tasks have ended with their runtime, and with them all that held the node.
+        (Arc::into_inner(node), result)
+    }
+
+    fn run(
+        self,
+        node: Arc<Node>,
+        graph: GraphOf,
+        nodes: Vec<ShownNode>,
+    ) -> Result<(), NodeFailure> {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let shared = Arc::new(Shared::new(self.access, Arc::clone(&node), nodes)?);
+        let shutdown = node.shutdown_signal();
+        runtime.block_on(async {
+            let listener = tokio::net::TcpListener::from_std(self.listener)?;
+            tokio::select! {
+                served = server::serve(listener, Arc::clone(&shared)) => served,
+                fed = feed::feed(&node, graph, &shared) => fed,
+                () = shutdown.wait() => Ok(()),
+            }
+        })
+    }
+}

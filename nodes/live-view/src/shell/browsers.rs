@@ -1,0 +1,65 @@
+//! A browser at its connection: it gets what it lacks as fast as it takes it, and its commands are carried out.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::Bytes;
+use axum::extract::ws::{Message, WebSocket};
+use tokio::time::Instant;
+
+use super::shared::Shared;
+use crate::Browser;
+
+/// Messages that the browser need not have shown yet: one is on its way while it shows the other.
+const MOST_UNSHOWN: usize = 2;
+/// A browser that shows nothing for so long is dropped; its page connects again when it wakes.
+const LONGEST_PAUSE: Duration = Duration::from_secs(20);
+/// What the page answers when it has shown a message.
+const SHOWN: &str = "shown";
+
+/// Serves one browser until it has gone or shows nothing any more.
+pub(super) async fn attend(mut socket: WebSocket, shared: &Arc<Shared>) {
+    let mut browser = Browser::default();
+    let mut changes = shared.changes();
+    let (mut unshown, mut last_shown) = (0, Instant::now());
+    loop {
+        if unshown < MOST_UNSHOWN {
+            changes.mark_unchanged();
+            // The lock is released before anything is sent.
+            let message = browser.next_message(&shared.state());
+            if let Some(message) = message {
+                if unshown == 0 {
+                    last_shown = Instant::now();
+                }
+                unshown += 1;
+                if !send(&mut socket, Message::Binary(Bytes::from_owner(message))).await {
+                    return;
+                }
+                continue;
+            }
+        }
+        tokio::select! {
+            received = socket.recv() => match received {
+                Some(Ok(Message::Text(text))) if text == SHOWN => {
+                    unshown = unshown.saturating_sub(1);
+                    last_shown = Instant::now();
+                }
+                Some(Ok(Message::Text(text))) => {
+                    let answer = shared.commands.carry_out(&text).await;
+                    if !send(&mut socket, Message::text(answer)).await {
+                        return;
+                    }
+                }
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                Some(Ok(_)) => {}
+            },
+            _ = changes.changed(), if unshown < MOST_UNSHOWN => {}
+            () = tokio::time::sleep_until(last_shown + LONGEST_PAUSE), if unshown > 0 => return,
+        }
+    }
+}
+
+/// Sends a message; whether it was taken in time.
+async fn send(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(tokio::time::timeout(LONGEST_PAUSE, socket.send(message)).await, Ok(Ok(())))
+}

@@ -1,0 +1,95 @@
+//! `stillmap view`: the live view of a running graph, in a process of its own.
+
+use std::net::SocketAddr;
+
+use clap::Args;
+use detection::shell::DetectionParameters;
+use lidar_odometry::shell::LidarOdometryParameters;
+use live_view::shell::{DEFAULT_ADDRESS, GraphOf, LiveView, NODE, ShownNode};
+use node_shell::parameters::{NodeParameters, ParameterError};
+use node_shell::{Host, Node, RosArguments, Transport, descriptors, log};
+use pose::shell::PoseParameters;
+use reconstruction::shell::ReconstructionParameters;
+use segmentation::shell::SegmentationParameters;
+use tracing::Instrument;
+
+use crate::console;
+use crate::failure::{Failure, Outcome};
+use crate::run::Stage;
+use crate::{lidar, visual};
+
+/// Arguments of `stillmap view`.
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  stillmap view --ros-args -r __ns:=/robot
+
+The page is served until Ctrl-C or SIGTERM. On an address that other machines reach, the page needs the token that is in the
+printed address.")]
+pub struct ViewArgs {
+    /// Where the page is served; port 0 is a free one
+    #[arg(value_name = "ADDRESS:PORT", default_value = DEFAULT_ADDRESS)]
+    address: SocketAddr,
+}
+
+pub(crate) fn run(args: &ViewArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
+    log::start("stillmap", &ros.log, &ros.outputs);
+    ros.warn_of_options_without_effect();
+    let failed = |error: &dyn std::error::Error| Failure::new(error.to_string());
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .enable_all()
+        .build()
+        .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
+    runtime.block_on(async {
+        let view = listen(args.address)?;
+        let transport = Transport::from_environment().map_err(|error| failed(&error))?;
+        let host = Host::on(transport).map_err(|error| failed(&error))?;
+        let node = host.node(NODE, ros).map_err(|error| failed(&error))?;
+        let shown = shown_nodes(true, true)?;
+        announce(&view);
+        serve(view, node, GraphOf::OtherProcesses, shown)
+            .await
+            .map_err(|reason| Failure::new(format!("{NODE}: {reason}")))?;
+        host.shutdown_signal()
+            .failure()
+            .map_or(Ok(Outcome::Complete), |reason| Err(Failure::new(reason)))
+    })
+}
+
+/// Listens on an address.
+pub(crate) fn listen(address: SocketAddr) -> Result<LiveView, Failure> {
+    LiveView::bind(address).map_err(|error| {
+        Failure::new(error.to_string()).fix("choose another address or port; port 0 is a free one")
+    })
+}
+
+/// Says where the page is.
+pub(crate) fn announce(view: &LiveView) {
+    console::note(format!("live view: {}", view.url()));
+}
+
+/// Serves the page until the process is to end; else the reason.
+pub(crate) async fn serve(
+    view: LiveView,
+    node: Node,
+    graph: GraphOf,
+    shown: Vec<ShownNode>,
+) -> Result<(), String> {
+    let served = view.serve(node, graph, shown).instrument(tracing::error_span!("live_view"));
+    served.await.map_err(|error| error.to_string())
+}
+
+/// The nodes whose parameters the page shows: the three stages, and those that make the pose.
+pub(crate) fn shown_nodes(has_visual: bool, has_lidar: bool) -> Result<Vec<ShownNode>, Failure> {
+    fn of<P: NodeParameters>(name: &str) -> Result<ShownNode, ParameterError> {
+        Ok(ShownNode { name: name.to_owned(), parameters: descriptors::<P>()? })
+    }
+    let mut nodes = vec![
+        of::<DetectionParameters>(Stage::Detection.name()),
+        of::<SegmentationParameters>(Stage::Segmentation.name()),
+        of::<ReconstructionParameters>(Stage::Reconstruction.name()),
+    ];
+    nodes.extend(has_visual.then(|| of::<PoseParameters>(visual::NODE)));
+    nodes.extend(has_lidar.then(|| of::<LidarOdometryParameters>(lidar::NODE)));
+    let nodes: Result<Vec<_>, _> = nodes.into_iter().collect();
+    nodes.map_err(|error| Failure::new(error.to_string()))
+}
