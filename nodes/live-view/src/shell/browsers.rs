@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
+use tokio::task::JoinSet;
 use tokio::time::Instant;
 
 use super::shared::Shared;
@@ -14,6 +15,8 @@ use crate::Browser;
 const MOST_UNSHOWN: usize = 2;
 /// A browser that shows nothing for so long is dropped; its page connects again when it wakes.
 const LONGEST_PAUSE: Duration = Duration::from_secs(20);
+/// Commands of one browser that may be under way at once.
+const MOST_COMMANDS: usize = 4;
 /// What the page answers when it has shown a message.
 const SHOWN: &str = "shown";
 
@@ -22,6 +25,8 @@ pub(super) async fn attend(mut socket: WebSocket, shared: &Arc<Shared>) {
     let mut browser = Browser::default();
     let mut changes = shared.changes();
     let (mut unshown, mut last_shown) = (0, Instant::now());
+    // They end with the browser that gave them.
+    let mut commands = JoinSet::new();
     loop {
         if unshown < MOST_UNSHOWN {
             changes.mark_unchanged();
@@ -44,15 +49,18 @@ pub(super) async fn attend(mut socket: WebSocket, shared: &Arc<Shared>) {
                     unshown = unshown.saturating_sub(1);
                     last_shown = Instant::now();
                 }
-                Some(Ok(Message::Text(text))) => {
-                    let answer = shared.commands.carry_out(&text).await;
-                    if !send(&mut socket, Message::text(answer)).await {
-                        return;
-                    }
+                Some(Ok(Message::Text(text))) if commands.len() < MOST_COMMANDS => {
+                    let shared = Arc::clone(shared);
+                    commands.spawn(async move { shared.commands.carry_out(&text).await });
                 }
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(_)) => {}
             },
+            Some(Ok(answer)) = commands.join_next() => {
+                if !send(&mut socket, Message::text(answer)).await {
+                    return;
+                }
+            }
             _ = changes.changed(), if unshown < MOST_UNSHOWN => {}
             () = tokio::time::sleep_until(last_shown + LONGEST_PAUSE), if unshown > 0 => return,
         }

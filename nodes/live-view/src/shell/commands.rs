@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures::future::join_all;
 use msgs::RosService;
 use msgs::lifecycle_msgs::{ChangeState, ChangeStateRequest, Transition};
 use msgs::rcl_interfaces::{
@@ -18,7 +19,9 @@ use tokio::sync::Mutex;
 use super::ShownNode;
 
 /// How long a node may take to be found, and again to answer: a large map takes seconds to be saved.
-const PATIENCE: Duration = Duration::from_secs(10);
+const PATIENCE: Duration = Duration::from_secs(20);
+/// The same for parameters: not all of the nodes need run.
+const PATIENCE_FOR_PARAMETERS: Duration = Duration::from_secs(3);
 /// Parameters that are asked for at a time: their values fit into a datagram, or the nodes would not answer.
 const NAMES_AT_A_TIME: usize = 16;
 
@@ -89,13 +92,15 @@ impl Commands {
     }
 
     async fn trigger(&self, service: &str) -> Result<Value, String> {
-        let response = self.ask(&self.triggers, service, &TriggerRequest::default()).await?;
+        let response =
+            self.ask(&self.triggers, service, &TriggerRequest::default(), PATIENCE).await?;
         if response.success { Ok(response.message.into()) } else { Err(response.message) }
     }
 
     async fn transition(&self, id: u8, done: &str) -> Result<Value, String> {
         let request = ChangeStateRequest { transition: Transition { id, ..Transition::default() } };
-        let response = self.ask(&self.transitions, "detection/change_state", &request).await?;
+        let response =
+            self.ask(&self.transitions, "detection/change_state", &request, PATIENCE).await?;
         if response.success {
             Ok(format!("detection {done}").into())
         } else {
@@ -105,8 +110,7 @@ impl Commands {
 
     /// The parameters of each node with their declarations; of a node that does not answer, why.
     async fn parameters(&self) -> Value {
-        let mut nodes = Vec::new();
-        for node in &self.nodes {
+        let nodes = self.nodes.iter().map(async |node| {
             let (values, error) = match self.values(node).await {
                 Ok(values) => (values, None),
                 Err(error) => (Vec::new(), Some(error)),
@@ -123,9 +127,9 @@ impl Commands {
                     })
                 })
                 .collect();
-            nodes.push(json!({ "node": node.name, "parameters": parameters, "error": error }));
-        }
-        Value::Array(nodes)
+            json!({ "node": node.name, "parameters": parameters, "error": error })
+        });
+        Value::Array(join_all(nodes).await)
     }
 
     async fn values(&self, node: &ShownNode) -> Result<Vec<Value>, String> {
@@ -134,7 +138,8 @@ impl Commands {
         for declared in node.parameters.chunks(NAMES_AT_A_TIME) {
             let names = declared.iter().map(|one| one.name.clone()).collect();
             let request = GetParametersRequest { names };
-            let response = self.ask(&self.getting, &service, &request).await?;
+            let response =
+                self.ask(&self.getting, &service, &request, PATIENCE_FOR_PARAMETERS).await?;
             values.extend(
                 response
                     .values
@@ -156,7 +161,7 @@ impl Commands {
         let parameters = vec![Parameter { name: name.to_owned(), value }];
         let service = format!("{node}/set_parameters");
         let request = SetParametersRequest { parameters };
-        let response = self.ask(&self.setting, &service, &request).await?;
+        let response = self.ask(&self.setting, &service, &request, PATIENCE_FOR_PARAMETERS).await?;
         match response.results.first() {
             Some(result) if result.successful => Ok(format!("{node}: {name} is set").into()),
             Some(result) => Err(result.reason.clone()),
@@ -169,6 +174,7 @@ impl Commands {
         clients: &Clients<S>,
         service: &str,
         request: &S::Request,
+        patience: Duration,
     ) -> Result<S::Response, String> {
         let mut known = clients.lock().await;
         let client = match known.get(service) {
@@ -182,7 +188,7 @@ impl Commands {
             }
         };
         drop(known);
-        client.ask(request, PATIENCE).await.map_err(|error| error.to_string())
+        client.ask(request, patience).await.map_err(|error| error.to_string())
     }
 }
 

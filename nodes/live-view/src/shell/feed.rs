@@ -147,7 +147,7 @@ impl Feed {
             let input = tokio::select! {
                 _ = tick.tick() => {
                     self.latest.show(shared);
-                    if ticks % STATUS_PERIODS == 0 {
+                    if ticks.is_multiple_of(STATUS_PERIODS) {
                         self.latest.show_status(shared);
                     }
                     ticks = ticks.wrapping_add(1);

@@ -65,9 +65,9 @@ mod tests {
     #[test]
     fn what_a_flood_of_nodes_says_is_bounded() {
         let mut status = Status::default();
-        let long = "ä".repeat(10_000);
-        let values = vec![KeyValue { key: long.clone(), value: long.clone() }; 1_000];
-        for node in 0..1_000 {
+        let long = "ä".repeat(LONGEST_TEXT + 1);
+        let values = vec![KeyValue { key: long.clone(), value: long.clone() }; MOST_FIGURES + 1];
+        for node in 0..MOST_NODES + 9 {
             let name = format!("/{node}");
             let one = DiagnosticStatus {
                 name,
