@@ -103,7 +103,7 @@ impl Drop for Served {
     }
 }
 
-/// Shows messages until none has brought anything of the map for a while.
+/// Shows messages until what the page has is enough.
 async fn show(
     socket: &mut WebSocketStream<TcpStream>,
     page: &mut DecodedPage,

@@ -170,7 +170,8 @@ impl Node {
         }
     }
 
-    /// A client of a service; it must be dropped before the node is closed.
+    /// A client of a service; it must be dropped before the node is closed. A node keeps one client of a service: the server is taken
+    /// to know a second one as soon as it knows the first.
     ///
     /// # Errors
     /// When the name is none, or the library refuses.
