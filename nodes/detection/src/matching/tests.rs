@@ -19,7 +19,7 @@ fn pose(milliseconds: i64, x_m: f64) -> StampedPose {
 }
 
 fn matcher() -> Matcher<&'static str, u32> {
-    Matcher::new(&DetectionConfig::default())
+    Matcher::new(&DetectionConfig { max_cloud_offset_s: 0.05, ..DetectionConfig::default() })
 }
 
 #[track_caller]
