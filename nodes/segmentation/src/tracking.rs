@@ -52,8 +52,10 @@ pub struct Prediction {
     pub centre_m: Point3<f64>,
     /// Half its edge lengths along the axes of the map.
     pub half_extent_m: Vector3<f64>,
-    /// Whether points in places of which nothing is known may belong to it.
-    pub may_take_unknown: bool,
+    /// Whether it was seen in the last cycle.
+    pub was_seen: bool,
+    /// Whether it has moved since it is tracked.
+    pub has_moved: bool,
 }
 
 /// What a cycle does to the tracks.

@@ -4,14 +4,29 @@ use geometry::VoxelKey;
 
 use super::{FIRST_LINE, FREE, INNER, KEY_OFFSET, LEVELS, OCCUPIED, OctomapError, Octree};
 
-/// The occupied voxels of a binary octomap, at most so many. Whatever the file says, no more memory is taken than
-/// for these.
+/// The occupied voxels of a binary octomap, at most so many. A file that has more takes no memory: its voxels are counted
+/// before they are made, since one leaf may stand for 2^45 of them.
 ///
 /// # Errors
 /// When the bytes are no such file, are cut off, or hold more voxels.
 pub fn decode(bytes: &[u8], most_voxels: usize) -> Result<Octree, OctomapError> {
     let (header, data) = Header::split_off(bytes)?;
-    let mut reader = Reader { data, header, nodes: 0, most_voxels, voxels: Vec::new() };
+    let mut count = 0_u64;
+    read_leaves(header, data, &mut |_, level| count = count.saturating_add(1 << (3 * level)))?;
+    let capacity = usize::try_from(count).ok().filter(|count| *count <= most_voxels);
+    let capacity = capacity.ok_or(OctomapError::TooManyVoxels { most: most_voxels })?;
+    let mut voxels = Vec::with_capacity(capacity);
+    read_leaves(header, data, &mut |corner, level| push_cube(&mut voxels, corner, level))?;
+    Ok(Octree { edge_m: header.edge_m, voxels })
+}
+
+/// Calls `leaf` with each occupied leaf: its lowest key, and its level.
+fn read_leaves(
+    header: Header,
+    data: &[u8],
+    leaf: &mut impl FnMut([i64; 3], u32),
+) -> Result<(), OctomapError> {
+    let mut reader = Reader { data, header, nodes: 0, leaf };
     if header.nodes > 0 {
         reader.nodes = 1;
         reader.read_node([0; 3], LEVELS - 1)?;
@@ -19,7 +34,19 @@ pub fn decode(bytes: &[u8], most_voxels: usize) -> Result<Octree, OctomapError> 
     if reader.nodes != header.nodes {
         return Err(OctomapError::OtherSize { promised: header.nodes, found: reader.nodes });
     }
-    Ok(Octree { edge_m: header.edge_m, voxels: reader.voxels })
+    Ok(())
+}
+
+/// A leaf as voxels: a cube of 2^level of them an axis.
+fn push_cube(voxels: &mut Vec<VoxelKey>, corner: [i64; 3], level: u32) {
+    let side = 1_i64 << level;
+    let [x, y, z] = corner.map(|key| key - KEY_OFFSET);
+    for x in x..x + side {
+        for y in y..y + side {
+            let voxel = |z: i64| VoxelKey { x: x as i32, y: y as i32, z: z as i32 };
+            voxels.extend((z..z + side).map(voxel));
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -61,16 +88,15 @@ impl Header {
     }
 }
 
-struct Reader<'a> {
+struct Reader<'a, Leaf> {
     data: &'a [u8],
     header: Header,
     /// Found so far, the root included.
     nodes: usize,
-    most_voxels: usize,
-    voxels: Vec<VoxelKey>,
+    leaf: &'a mut Leaf,
 }
 
-impl Reader<'_> {
+impl<Leaf: FnMut([i64; 3], u32)> Reader<'_, Leaf> {
     /// Reads a node that is no leaf, from `corner`, the lowest of octomap's keys in it. `level` is that of its
     /// children, 0 for the leaves; so deep does the reader call itself.
     fn read_node(&mut self, corner: [i64; 3], level: u32) -> Result<(), OctomapError> {
@@ -86,7 +112,7 @@ impl Reader<'_> {
                 FREE => self.nodes += 1,
                 OCCUPIED => {
                     self.nodes += 1;
-                    self.push_cube(corner, level)?;
+                    (self.leaf)(corner, level);
                 }
                 // The children of all inner nodes come after the two bytes of their parent, in turn.
                 INNER => {
@@ -95,24 +121,6 @@ impl Reader<'_> {
                     self.read_node(corner, below)?;
                 }
                 _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    /// Takes in a leaf: a cube of 2^level voxels an axis.
-    fn push_cube(&mut self, corner: [i64; 3], level: u32) -> Result<(), OctomapError> {
-        let free = self.most_voxels - self.voxels.len();
-        // 2^48 at most.
-        if 1_u64 << (3 * level) > free as u64 {
-            return Err(OctomapError::TooManyVoxels { most: self.most_voxels });
-        }
-        let side = 1_i64 << level;
-        let [x, y, z] = corner.map(|key| key - KEY_OFFSET);
-        for x in x..x + side {
-            for y in y..y + side {
-                let voxel = |z: i64| VoxelKey { x: x as i32, y: y as i32, z: z as i32 };
-                self.voxels.extend((z..z + side).map(voxel));
             }
         }
         Ok(())

@@ -275,7 +275,7 @@ fn what_a_person_ahead_was_before_he_was_found_is_retracted() {
     const FOUND_IN: u32 = 6;
     let mut segmenter = Segmenter::new(config()).unwrap();
     let mut random = Random::new(5);
-    let (mut of_person, mut retracted) = (Vec::new(), Vec::new());
+    let (mut his, mut before_found, mut retracted) = (Vec::new(), Vec::new(), Vec::new());
     for index in 0..24 {
         let ahead_m = 0.55 * f64::from(index) * CYCLE_S;
         let mut solids = furnished();
@@ -292,22 +292,27 @@ fn what_a_person_ahead_was_before_he_was_found_is_retracted() {
         for (point, id) in view.cycle.reduced_cloud.points_m.iter().zip(&view.ids) {
             // A foot's lowest voxel is the floor's.
             let is_upright = point.z > 0.1 - CAMERA_M as f32;
-            if *id == 1 && is_upright && index < FOUND_IN && !moving.contains(point) {
-                of_person.push(map_from_rig.cast::<f32>() * point);
+            if *id != 1 || !is_upright {
+                continue;
+            }
+            let in_map = map_from_rig.cast::<f32>() * point;
+            his.push(in_map);
+            if index < FOUND_IN && !moving.contains(point) {
+                before_found.push(in_map);
             }
         }
     }
     let near = |all: &[Point3<f32>], point: &Point3<f32>| {
         all.iter().any(|other| nalgebra::distance(other, point) <= 0.1)
     };
-    let taken = of_person.iter().filter(|point| near(&retracted, point)).count();
-    let right = retracted.iter().filter(|point| near(&of_person, point)).count();
+    let taken = before_found.iter().filter(|point| near(&retracted, point)).count();
+    let right = retracted.iter().filter(|point| near(&his, point)).count();
     println!(
         "{taken} of {} were retracted, {right} of {} were his",
-        of_person.len(),
+        before_found.len(),
         retracted.len()
     );
-    assert!(of_person.len() > 400 && taken as f64 >= 0.95 * of_person.len() as f64);
+    assert!(before_found.len() > 400 && taken as f64 >= 0.95 * before_found.len() as f64);
     assert!(right as f64 >= 0.95 * retracted.len() as f64);
 }
 

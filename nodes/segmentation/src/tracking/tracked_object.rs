@@ -112,8 +112,8 @@ impl TrackedObject {
         Prediction {
             centre_m: self.visible_centre_m() + (down_m + up_m) / 2.0,
             half_extent_m: (up_m - down_m) / 2.0,
-            // What was uncovered by an object that went on, or while it was hidden, is none of it.
-            may_take_unknown: !self.has_moved && self.unseen_cycles == 0,
+            was_seen: self.unseen_cycles == 0,
+            has_moved: self.has_moved,
         }
     }
 
