@@ -21,7 +21,8 @@ export class Connection {
   }
 
   connect() {
-    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    // ws: for http:, wss: for https:
+    const scheme = location.protocol.replace("http", "ws");
     const socket = new WebSocket(`${scheme}//${location.host}/live${location.search}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
