@@ -211,14 +211,19 @@ impl Chooser<'_> {
     fn scan(&self, args: &TopicArgs) -> Result<String, Failure> {
         if args.scan.is_none() && self.of_type(LaserScan::TYPE_NAME).is_empty() {
             return Err(Failure::new(format!(
-                "{} has no 2D laser scan{}",
+                "{} has no 2D laser scan, no topic of type {}{}",
                 self.offer.place(),
+                LaserScan::TYPE_NAME,
                 self.offer.unread()
             ))
             .fix(if self.offer.is_live() {
-                "start the driver of the scanner"
+                "start the driver of the scanner".to_owned()
             } else {
-                "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth images"
+                format!(
+                    "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth \
+                     images; {}",
+                    self.offer.listed_by()
+                )
             }));
         }
         self.topic::<LaserScan>(&args.scan, "--scan", &["scan"])
@@ -229,13 +234,16 @@ impl Chooser<'_> {
         let is_named = args.depth.is_some() || args.points.is_some();
         if !is_named && has_none(Image::TYPE_NAME) && has_none(PointCloud2::TYPE_NAME) {
             return Err(Failure::new(format!(
-                "{} has neither depth images nor clouds{}",
+                "{} has neither depth images ({}) nor clouds ({}){}",
                 self.offer.place(),
+                Image::TYPE_NAME,
+                PointCloud2::TYPE_NAME,
                 self.offer.unread()
             ))
-            .fix(
-                "the map and the masks are of depth; what moves in the scans alone is found by `stillmap eval scans`",
-            ));
+            .fix(format!(
+                "--depth or --points names their topic; {}; what moves in scans alone is found by `stillmap eval scans`",
+                self.offer.listed_by()
+            )));
         }
         let has_depth = args.depth.is_some() || !self.of_type(Image::TYPE_NAME).is_empty();
         if !has_depth && !self.of_type(PointCloud2::TYPE_NAME).is_empty() {
