@@ -408,6 +408,9 @@ impl FreeSpaceSegmenter {
                 MovingGroup {
                     in_zone: points.iter().any(|&point| seeds.is_of_zone[point]),
                     in_free_space: 2 * in_free_space >= points.len(),
+                    is_newly_occupied: points
+                        .iter()
+                        .any(|&point| classes[point].is_newly_occupied()),
                     points,
                 }
             })

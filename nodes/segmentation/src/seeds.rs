@@ -72,11 +72,9 @@ pub fn seeds_of(
 }
 
 /// The points of an object where it is expected: what was not there before; and what stands in places of which nothing is known, if
-/// it was seen in the last cycle and has not moved yet.
-///
-/// Where one that moves is still seen in free space, the rest of it is there, too: a leg at the border of the image, whose body is
-/// hidden. Without that the leg stayed in the map, since a camera that turns away does not see behind it any more. What was uncovered
-/// by one that went on, or while it was hidden, is none of it.
+/// it was seen in the last cycle: a leg at the border of the image, whose body is hidden, has nothing to grow from, and stayed in the
+/// map, since a camera that turns away does not see behind it. What an object uncovers is taken with it, until it goes on, or is found
+/// to stand there alone ([`crate::tracking`]).
 fn seeds_of_object(
     expected: &Prediction,
     points_in_map: &[Point3<f64>],
@@ -84,15 +82,12 @@ fn seeds_of_object(
     voxel_edge_m: f64,
 ) -> Vec<usize> {
     let half_m = expected.half_extent_m + Vector3::repeat(voxel_edge_m);
-    let is_inside = |point: &usize| (points_in_map[*point] - expected.centre_m).abs() <= half_m;
-    let mut inside: Vec<usize> = (0..classes.len()).filter(is_inside).collect();
-    let is_there = || inside.iter().any(|&point| classes[point].is_newly_occupied());
-    let takes_unknown = expected.was_seen && (!expected.has_moved || is_there());
-    inside.retain(|&point| {
-        let is_unknown = classes[point] == PointClass::Unknown;
-        classes[point].is_newly_occupied() || (takes_unknown && is_unknown)
-    });
-    inside
+    let may_be_it = |point: &usize| {
+        let is_unknown = classes[*point] == PointClass::Unknown;
+        let may = classes[*point].is_newly_occupied() || (expected.was_seen && is_unknown);
+        may && (points_in_map[*point] - expected.centre_m).abs() <= half_m
+    };
+    (0..classes.len()).filter(may_be_it).collect()
 }
 
 /// The points of a zone that the moving returns are of.
@@ -172,35 +167,24 @@ fn groups_in_free_space(classes: &[PointClass], candidates: &Candidates<'_>) -> 
 mod tests {
     use super::*;
 
-    /// A leg in the unknown, a body in free space above it, a wall behind, and an unknown piece 2 m beside.
-    fn seeds(body: PointClass, was_seen: bool, has_moved: bool) -> Vec<usize> {
-        use PointClass::{Background, Unknown};
-        let points = [[3.0, 0.0, 0.3], [3.0, 0.0, 1.2], [3.4, 0.0, 1.0], [3.0, 2.0, 0.3]];
-        let expected = Prediction {
-            centre_m: Point3::new(3.0, 0.0, 0.9),
-            half_extent_m: Vector3::new(0.2, 0.3, 0.9),
-            was_seen,
-            has_moved,
-        };
-        seeds_of_object(
-            &expected,
-            &points.map(Point3::from),
-            &[Unknown, body, Background, Unknown],
-            0.08,
-        )
-    }
-
     /// Regression: a leg at the border of the image, apart from the body, stayed in the map.
     #[test]
-    fn a_leg_in_the_unknown_is_the_persons_while_his_body_is_in_free_space() {
-        assert_eq!(seeds(PointClass::InFreeSpace, true, true), [0, 1]);
-        assert_eq!(seeds(PointClass::InFreeSpace, true, false), [0, 1]);
-    }
-
-    #[test]
-    fn what_one_who_went_on_has_uncovered_is_none_of_him() {
-        assert!(seeds(PointClass::Unknown, true, true).is_empty());
-        assert_eq!(seeds(PointClass::InFreeSpace, false, true), [1]);
-        assert_eq!(seeds(PointClass::Unknown, true, false), [0, 1]);
+    fn what_stands_in_the_unknown_where_one_is_seen_is_his() {
+        use PointClass::{Background, InFreeSpace, Unknown};
+        // A leg, the body above it, a wall behind, and a piece 2 m beside.
+        let points_in_map =
+            [[3.0, 0.0, 0.3], [3.0, 0.0, 1.2], [3.4, 0.0, 1.0], [3.0, 2.0, 0.3]].map(Point3::from);
+        let seeds = |body: PointClass, was_seen: bool| {
+            let expected = Prediction {
+                centre_m: Point3::new(3.0, 0.0, 0.9),
+                half_extent_m: Vector3::new(0.2, 0.3, 0.9),
+                was_seen,
+            };
+            seeds_of_object(&expected, &points_in_map, &[Unknown, body, Background, Unknown], 0.08)
+        };
+        assert_eq!(seeds(InFreeSpace, true), [0, 1]);
+        assert_eq!(seeds(Unknown, true), [0, 1]);
+        assert_eq!(seeds(InFreeSpace, false), [1]);
+        assert!(seeds(Unknown, false).is_empty());
     }
 }

@@ -21,15 +21,15 @@ pub use self::observation::CycleCloud;
 
 use self::clusters::clusters;
 use self::observation::{Observation, is_hidden};
-use self::tracked_object::{GATE, TrackedObject};
+use self::tracked_object::{GATE, MotionEvidence, TrackedObject};
 use crate::FreeSpaceConfig;
 
 /// A group of fewer points starts no track: it may be noise, or the rest of an object that leaves the view.
 const MIN_BIRTH_POINTS: usize = 4;
 /// A hidden object is tracked for this long.
 const MAX_HIDDEN_S: f64 = 4.0;
-/// An object without evidence of motion, neither a zone on it in observed free space nor a distance travelled, is dropped so
-/// soon after its last zone.
+/// An object that nothing shows to move, neither a zone, nor, if it has moved, that it goes on or is in a place that was empty, is
+/// dropped so soon.
 const MAX_UNCONFIRMED_S: f64 = 1.0;
 /// Cycles in which a new object must be seen often enough, or it was none.
 const TRIAL_CYCLES: u32 = 3;
@@ -43,6 +43,8 @@ pub struct MovingGroup {
     pub in_zone: bool,
     /// Whether at least half of it is in observed free space, beside no surface.
     pub in_free_space: bool,
+    /// Whether any of it was not there before.
+    pub is_newly_occupied: bool,
 }
 
 /// Where a tracked object is predicted to be.
@@ -54,8 +56,6 @@ pub struct Prediction {
     pub half_extent_m: Vector3<f64>,
     /// Whether it was seen in the last cycle.
     pub was_seen: bool,
-    /// Whether it has moved since it is tracked.
-    pub has_moved: bool,
 }
 
 /// What a cycle does to the tracks.
@@ -104,16 +104,21 @@ impl Tracker {
 
     /// Gives the groups of a cycle to the objects expected in it.
     pub fn update(&mut self, cloud: &CycleCloud<'_>, groups: &[MovingGroup]) -> TrackerOutput {
-        let (mut in_zone, mut in_free_space) = (vec![false; cloud.points_in_map.len()], Vec::new());
-        in_free_space.resize(in_zone.len(), false);
+        let mut group_of = vec![None; cloud.points_in_map.len()];
         for group in groups {
             for &point in &group.points {
-                in_zone[point] = group.in_zone;
-                in_free_space[point] = group.in_free_space;
+                group_of[point] = Some(group);
             }
         }
-        let most = |of: &[bool], points: &[usize]| {
-            2 * points.iter().filter(|&&point| of[point]).count() >= points.len()
+        let evidence_of = |points: &[usize]| {
+            let count = |is_it: fn(&MovingGroup) -> bool| {
+                points.iter().filter(|&&point| group_of[point].is_some_and(is_it)).count()
+            };
+            MotionEvidence {
+                in_free_space: 2 * count(|group| group.in_free_space) >= points.len(),
+                in_zone: 2 * count(|group| group.in_zone) >= points.len(),
+                is_newly_occupied: count(|group| group.is_newly_occupied) > 0,
+            }
         };
         let observations = self.observations(cloud, groups);
         let given = assign(self.objects.len(), observations.len(), GATE, |row, column| {
@@ -127,11 +132,8 @@ impl Tracker {
             });
             match seen {
                 Some(observation) => {
-                    let points = &observation.points;
-                    let (in_free_space, in_zone) =
-                        (most(&in_free_space, points), most(&in_zone, points));
                     object.see(observation, self.now_s, cloud.cell_m);
-                    object.add_motion_evidence(in_free_space, in_zone, self.now_s);
+                    object.add_motion_evidence(evidence_of(&observation.points), self.now_s);
                 }
                 None => object.miss(
                     is_hidden(cloud, &object.visible_centre_m()),
@@ -144,9 +146,7 @@ impl Tracker {
         let settled = self.settle(&observations, &given);
         self.end();
         for (observation, _) in observations.iter().zip(&is_taken).filter(|(_, taken)| !**taken) {
-            let (in_free_space, in_zone) =
-                (most(&in_free_space, &observation.points), most(&in_zone, &observation.points));
-            self.begin(observation, cloud.cell_m, in_free_space, in_zone);
+            self.begin(observation, cloud.cell_m, evidence_of(&observation.points));
         }
         self.number();
         let mut tracks: Vec<Track> =
@@ -212,19 +212,13 @@ impl Tracker {
         });
     }
 
-    fn begin(
-        &mut self,
-        observation: &Observation,
-        cell_m: f64,
-        in_free_space: bool,
-        in_zone: bool,
-    ) {
+    fn begin(&mut self, observation: &Observation, cell_m: f64, evidence: MotionEvidence) {
         let fragment = observation.is_split
             || observation.points.len() < MIN_BIRTH_POINTS
             || self.objects.iter().any(|object| object.covers(observation));
         if !fragment && self.objects.len() < self.config.max_tracks {
             let mut object = TrackedObject::new(observation, self.now_s, cell_m);
-            object.add_motion_evidence(in_free_space, in_zone, self.now_s);
+            object.add_motion_evidence(evidence, self.now_s);
             self.objects.push(object);
         }
     }

@@ -21,7 +21,12 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
             }
         }
         let points = (first..points_m.len()).collect();
-        groups.push(MovingGroup { points, in_zone: true, in_free_space: true });
+        groups.push(MovingGroup {
+            points,
+            in_zone: true,
+            in_free_space: true,
+            is_newly_occupied: true,
+        });
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);
     let cycle = DetectedCycle {

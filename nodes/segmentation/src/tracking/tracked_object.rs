@@ -27,6 +27,17 @@ const STAY_M: f64 = 0.3;
 /// A group so near to an object, beyond its size, is a part of it that the cloud has torn off.
 const FRAGMENT_M: f64 = 0.2;
 
+/// What a cycle says of the motion of an observation.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct MotionEvidence {
+    /// Most of it is in observed free space.
+    pub(super) in_free_space: bool,
+    /// Most of it is of groups that a zone covers.
+    pub(super) in_zone: bool,
+    /// Some of it was not there before.
+    pub(super) is_newly_occupied: bool,
+}
+
 #[derive(Clone, Debug)]
 pub(super) struct TrackedObject {
     /// Its number, once it has passed its trial.
@@ -60,7 +71,8 @@ pub(super) struct TrackedObject {
     stopped_since_s: f64,
     /// Something shows that it moves, or moved.
     has_moved: bool,
-    last_zone_s: f64,
+    /// When it was last seen to move, or in a place that was empty before.
+    confirmed_s: f64,
     is_ended: bool,
 }
 
@@ -93,7 +105,7 @@ impl TrackedObject {
             stopped_at_m: centre_m,
             stopped_since_s: now_s,
             has_moved: false,
-            last_zone_s: now_s,
+            confirmed_s: now_s,
             is_ended: false,
         }
     }
@@ -113,7 +125,6 @@ impl TrackedObject {
             centre_m: self.visible_centre_m() + (down_m + up_m) / 2.0,
             half_extent_m: (up_m - down_m) / 2.0,
             was_seen: self.unseen_cycles == 0,
-            has_moved: self.has_moved,
         }
     }
 
@@ -216,6 +227,10 @@ impl TrackedObject {
     /// Nothing of it was seen.
     pub(super) fn miss(&mut self, is_hidden: bool, now_s: f64, is_in_view: bool) {
         self.unseen_cycles = self.unseen_cycles.saturating_add(1);
+        if self.has_moved {
+            // What is not seen is not seen to stand.
+            self.confirmed_s = now_s;
+        }
         self.is_in_view = is_in_view;
         if is_hidden {
             self.hidden_s = now_s - self.seen_s;
@@ -226,11 +241,13 @@ impl TrackedObject {
 
     /// Takes the evidence that it moves: a zone on it while most of it is in observed free space, or a distance that it
     /// travelled. Free space alone may be a pose that jumped.
-    pub(super) fn add_motion_evidence(&mut self, in_free_space: bool, in_zone: bool, now_s: f64) {
+    pub(super) fn add_motion_evidence(&mut self, evidence: MotionEvidence, now_s: f64) {
+        let MotionEvidence { in_free_space, in_zone, is_newly_occupied } = evidence;
         let travelled_m = (self.filter.position_m() - self.first_position_m).xy().norm();
         self.has_moved |= (in_free_space && in_zone) || travelled_m > STAY_M;
-        if in_zone {
-            self.last_zone_s = now_s;
+        let leaves_its_place = self.stopped_since_s >= now_s;
+        if in_zone || (self.has_moved && (is_newly_occupied || leaves_its_place)) {
+            self.confirmed_s = now_s;
         }
     }
 
@@ -239,9 +256,10 @@ impl TrackedObject {
         now_s - self.stopped_since_s
     }
 
-    /// For how long nothing has shown that it moves; 0 once something has.
+    /// For how long nothing has shown that it moves. Of one that has moved nothing may be left but what it uncovered, which stands
+    /// in places of which nothing is known.
     pub(super) fn unconfirmed_s(&self, now_s: f64) -> f64 {
-        if self.has_moved { 0.0 } else { now_s - self.last_zone_s }
+        now_s - self.confirmed_s
     }
 
     pub(super) fn end(&mut self) {
