@@ -30,7 +30,7 @@ use answering::{Ends, Outgoing};
 pub(crate) use wire::Body;
 
 /// Requests that may wait, as ROS 2 has it for services.
-pub(crate) const DEPTH: usize = 10;
+const DEPTH: usize = 10;
 
 /// The body of an encoded message that nothing precedes.
 pub(crate) fn body_of(encoded: &[u8]) -> Body {
@@ -46,6 +46,25 @@ pub struct Service<S> {
     _service: PhantomData<fn(S)>,
 }
 
+/// The type of a service as the client library has it.
+///
+/// # Errors
+/// When its name has not three parts.
+pub(crate) fn service_type<S: RosService>() -> Result<ServiceTypeName, ShellError> {
+    names::dds_type_name(S::TYPE_NAME)?;
+    let mut parts = S::TYPE_NAME.split('/');
+    let (package, name) = (parts.next().unwrap_or_default(), parts.next_back().unwrap_or_default());
+    Ok(ServiceTypeName::new(package, name))
+}
+
+/// How requests and responses are delivered.
+pub(crate) fn service_qos() -> QosProfile {
+    QosProfile::default()
+        .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
+        .durability(Durability::Volatile)
+        .history(History::KeepLast { depth: DEPTH })
+}
+
 impl<S: RosService> Service<S> {
     /// The service `name`, absolute, of a node that is on no network.
     pub(crate) fn unasked(name: &str) -> Self {
@@ -59,16 +78,9 @@ impl<S: RosService> Service<S> {
             topic: name.to_owned(),
             reason,
         };
-        // Refuses what has not three parts.
-        names::dds_type_name(S::TYPE_NAME)?;
+        let service_type = service_type::<S>()?;
         let response_type = names::dds_type_name(<S::Response as RosMessage>::TYPE_NAME)?;
-        let mut parts = S::TYPE_NAME.split('/');
-        let (package, type_name) =
-            (parts.next().unwrap_or_default(), parts.next_back().unwrap_or_default());
-        let qos = QosProfile::default()
-            .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
-            .durability(Durability::Volatile)
-            .history(History::KeepLast { depth: DEPTH });
+        let qos = service_qos();
         // First, so that a client that has discovered the server has discovered it as well.
         let policies = Qos::reliable(DEPTH).writer_policies(S::TYPE_NAME);
         let plain = network.response_writer(name, &response_type, &policies).map_err(failed)?;
@@ -78,7 +90,7 @@ impl<S: RosService> Service<S> {
                 // The one that changes nothing in the bodies.
                 ServiceMapping::Enhanced,
                 &Name::parse(name).map_err(|error| failed(error.to_string()))?,
-                &ServiceTypeName::new(package, type_name),
+                &service_type,
                 qos.clone(),
                 qos,
             )

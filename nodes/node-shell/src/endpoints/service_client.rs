@@ -5,15 +5,13 @@ use std::time::Duration;
 
 use msgs::RosService;
 use msgs::cdr::{self, ByteOrder};
+use ros2_client::Name;
 use ros2_client::dds::{Client, ServiceMapping};
-use ros2_client::qos::{History, Reliability, WhenFull};
-use ros2_client::{Name, QosProfile, ServiceTypeName};
 use tokio::sync::Mutex;
 
 use crate::endpoints::network::Network;
-use crate::endpoints::service::{Body, DEPTH, body_of};
+use crate::endpoints::service::{Body, body_of, service_qos, service_type};
 use crate::graph::Graph;
-use crate::settings::names;
 use crate::wire::error::ShellError;
 
 /// Asks one service of another node, of the same process or not, over the network.
@@ -69,20 +67,14 @@ impl<S: RosService> ServiceClient<S> {
             topic: name.to_owned(),
             reason,
         };
-        // Refuses what has not three parts.
-        names::dds_type_name(S::TYPE_NAME)?;
-        let mut parts = S::TYPE_NAME.split('/');
-        let (package, type_name) =
-            (parts.next().unwrap_or_default(), parts.next_back().unwrap_or_default());
-        let qos = QosProfile::default()
-            .reliability(Reliability::Reliable { when_full: WhenFull::DEFAULT })
-            .history(History::KeepLast { depth: DEPTH });
+        let service_type = service_type::<S>()?;
+        let qos = service_qos();
         let client = network
             .for_an_endpoint()
             .create_client(
                 ServiceMapping::Enhanced,
                 &Name::parse(name).map_err(|error| failed(error.to_string()))?,
-                &ServiceTypeName::new(package, type_name),
+                &service_type,
                 qos.clone(),
                 qos,
             )

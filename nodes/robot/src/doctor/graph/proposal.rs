@@ -15,7 +15,7 @@ use crate::run::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::run::tf_frames::{self, TfFrames};
 use crate::visual::VisualTopics;
 
-/// Nodes of the suite: what they publish is no input.
+/// Nodes of the suite: beside one that runs no other is started.
 const SUITE: [&str; 3] = ["detection", "segmentation", "reconstruction"];
 
 /// Poses come at least so often: RTAB-Map's and slam_toolbox's at 1 Hz and more.
