@@ -11,7 +11,7 @@ use std::collections::HashSet;
 use geometry::{DetectedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, distance};
 use volume::{
-    AS_NEAR, DepthInput, DepthNoise, DepthRange, DepthView, LONGEST_STAY_S, Occupancy, Place,
+    AS_NEAR, DepthInput, DepthNoise, DepthRange, DepthView, Occupancy, Place, is_missed_long_enough,
 };
 
 use crate::continuous::in_map;
@@ -295,7 +295,9 @@ impl FreeSpaceSegmenter {
             let place = self.occupancy.place(point);
             let is_gone = matches!(place, Place::Occupied { since, last }
                 if self.is_long_ago(since)
-                    && last.seconds_since(since) <= LONGEST_STAY_S
+                    && self.last.is_some_and(|now| {
+                        is_missed_long_enough(now.seconds_since(last), last.seconds_since(since))
+                    })
                     && self.recent_views.has_gone(point, last, camera));
             if is_gone {
                 self.occupancy.forget(point);

@@ -90,6 +90,11 @@ impl<'a, P: Project> Judge<'a, P> {
         Self { view, projection, frame, margins, sampled_edge_m }
     }
 
+    /// The margin before a depth beyond which space is certainly free.
+    pub(crate) fn before_m(&self) -> f32 {
+        self.margins.before_m
+    }
+
     /// The part of the image that a cube with this centre covers.
     #[inline]
     pub(crate) fn extent(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Extent {

@@ -34,7 +34,8 @@ impl Evidence {
 
     /// There is no return from its direction, where there was one before. Returns whether it is kept.
     pub(crate) fn blank(&mut self) -> bool {
-        self.0 = self.0.saturating_sub(BLANK);
+        // No lower: it may have to be missed for longer, and the next image that shows it says that it is there.
+        self.0 = self.0.saturating_sub(BLANK).max(-BLANK);
         self.0 >= 0
     }
 

@@ -59,7 +59,7 @@ pub use block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 pub use cell::{Cell, CellState};
 pub use depth_view::{DepthInput, DepthRange, DepthView, ViewError};
 pub use no_return::{
-    AS_NEAR, FARTHEST_SEEN_M, LONGEST_STAY_S, NEAREST_SEEN_M, SeenBefore, sees_as_well,
+    AS_NEAR, FARTHEST_SEEN_M, NEAREST_SEEN_M, SeenBefore, is_missed_long_enough, sees_as_well,
 };
 pub use noise::DepthNoise;
 pub use occupancy::{Occupancy, OccupancyConfig, OccupancyConfigError, OccupancyUpdate, Place};

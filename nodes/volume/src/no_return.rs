@@ -2,20 +2,21 @@
 //!
 //! Behind a thing that goes away there may be nothing to return anything: a hall, a doorway, a black floor. An image says that
 //! it has gone where
-//! - no pixel that it may cover has a return, though others have. The border of the image may cut it where it always cut the
+//! - pixels that it may cover have no return, though others have, and what comes back from the rest of these is clearly behind
+//!   it: floor and walls begin to return again between its feet. The border of the image may cut it where it always cut the
 //!   same part off: on a platform that stands, what it shows is all that there is;
 //! - from most of these directions something came back before, from as far away at least: otherwise something of the platform
 //!   may stand before them, or the sensor may be blind there;
 //! - it is neither too near nor too far for depth cameras;
 //! - nothing nearer stands so close beside it that the projector's shadow may lie there;
 //! - the camera sees it as well as when it was hit last: no farther away, and from the same side;
-//! - it was there for no longer than [`LONGEST_STAY_S`].
+//! - it has been missed for a share of the time for which it was there ([`is_missed_long_enough`]).
 //!
 //! It is of cameras with structured light or stereo alone: a turning LiDAR has no return from the sky as from a black car.
 
 use nalgebra::Point3;
 
-use crate::depth_view::Kind;
+use crate::depth_view::{DepthView, Kind};
 use crate::projection::Covered;
 use crate::tiled_view::{Sight, TiledView};
 
@@ -23,9 +24,9 @@ use crate::tiled_view::{Sight, TiledView};
 pub const NEAREST_SEEN_M: f64 = 0.8;
 /// Farther than this they see nothing that can be relied on.
 pub const FARTHEST_SEEN_M: f64 = 8.0;
-/// A surface that was hit for longer than this, from the first hit to the last, stays in the map, although nothing comes back from
-/// it later: a person right before the lens, nearer than the camera can measure, blanks out everything behind.
-pub const LONGEST_STAY_S: f64 = 10.0;
+/// The share of the time from the first hit to the last for which nothing must have come back: 15 s for a chair of a minute. A person
+/// right before the lens, nearer than the camera can measure, blanks out what is behind, and does not stay for so long.
+const LEAST_MISSED_SHARE: f64 = 0.25;
 
 /// A place that the camera saw from this many times the distance is seen as well now: the margin is the noise of poses.
 pub const AS_NEAR: f64 = 1.02;
@@ -47,6 +48,12 @@ pub fn sees_as_well(
     let (own, other) = (camera_in_map_m - place_in_map_m, other_in_map_m - place_in_map_m);
     own.norm() <= AS_NEAR * other.norm()
         && own.dot(&other) >= SAME_SIDE_COSINE * own.norm() * other.norm()
+}
+
+/// Whether what was hit for so long, from the first hit to the last, has been missed since then for long enough to be gone.
+#[must_use]
+pub fn is_missed_long_enough(missed_s: f64, lasted_s: f64) -> bool {
+    missed_s >= LEAST_MISSED_SHARE * lasted_s
 }
 
 /// What the camera ever saw, by direction.
@@ -107,6 +114,25 @@ impl SeenBefore {
         }
         2 * reached > all
     }
+}
+
+/// Whether no pixel that a cube may cover has a return from it or from before it, while some have none at all.
+pub(crate) fn shows_none(view: &DepthView, covered: &Covered, before_m: f32) -> bool {
+    let free_from_m = covered.farthest_m + before_m;
+    let [left, right] = covered.columns.map(|column| column as usize);
+    let mut has_blank = false;
+    for row in covered.rows[0] as usize..=covered.rows[1] as usize {
+        let line = row * view.width_px;
+        for depth_m in view.depths_m.get(line + left..=line + right).unwrap_or_default() {
+            // What is negative is not used as a surface; see `DepthView`.
+            let depth_m = depth_m.abs();
+            has_blank |= depth_m == 0.0;
+            if depth_m > 0.0 && depth_m <= free_from_m {
+                return false;
+            }
+        }
+    }
+    has_blank
 }
 
 /// Whether something nearer stands so close beside a cube that it may hide it from the projector.

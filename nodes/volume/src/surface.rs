@@ -29,7 +29,7 @@ use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::layer::Layer;
 use crate::levels::Levels;
-use crate::no_return::{LONGEST_STAY_S, SeenBefore, sees_as_well};
+use crate::no_return::{SeenBefore, is_missed_long_enough, sees_as_well, shows_none};
 use crate::projection::{Extent, Project};
 use crate::ticks::Ticks;
 use crate::tiled_view::TiledView;
@@ -181,12 +181,15 @@ impl Surface {
         let hit_from_m = view.map_from_camera.translation.vector.cast::<f32>().into();
         for done in work.drain(..) {
             let middle_m = judge.frame.in_camera_m(&middle_m(done.key, block_edge_m(edge_m)));
+            if !done.is_new && !done.is_hit {
+                self.blank.push(done.key);
+            }
             self.take_back(done, now, (hit_from_m, middle_m), may_be_new, &mut update);
         }
         self.work = work;
         self.clear_free(&mut update);
         let tiled = TiledView::of(view);
-        self.clear_blank(&tiled, &judge, &mut update);
+        self.clear_blank((view, &tiled), &judge, now, &mut update);
         self.seen_before.take_in(&tiled);
         update
     }
@@ -258,8 +261,9 @@ impl Surface {
 
     fn clear_blank<P: Project>(
         &mut self,
-        view: &TiledView,
+        (view, tiled): (&DepthView, &TiledView),
         judge: &Judge<'_, P>,
+        now: u32,
         update: &mut SurfaceUpdate,
     ) {
         let block_edge_m = block_edge_m(self.config.edge_m);
@@ -274,10 +278,13 @@ impl Surface {
                 || block.was_seen_only_at(judge.frame.in_camera_m(&middle_m), block_edge_m);
             let hit_from_m = Point3::from(block.hit_from_m).cast::<f64>();
             let has_gone = is_all_seen
-                && block.lasted_s() <= LONGEST_STAY_S
-                && sees_as_well(&view.camera_in_map_m(), &hit_from_m, &middle_m)
-                && self.seen_before.would_return(view, &covered);
-            if has_gone && !block.evidence.blank() {
+                && sees_as_well(&tiled.camera_in_map_m(), &hit_from_m, &middle_m)
+                && shows_none(view, &covered, judge.before_m())
+                && self.seen_before.would_return(tiled, &covered);
+            if has_gone
+                && !block.evidence.blank()
+                && is_missed_long_enough(block.missed_s(now), block.lasted_s())
+            {
                 self.remove(*key, update);
             }
         }

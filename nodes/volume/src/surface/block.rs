@@ -100,6 +100,11 @@ impl SurfaceBlock {
         f64::from(self.last_hit.saturating_sub(self.first_seen)) * TICK_S
     }
 
+    /// The time since the last image that showed a surface in it.
+    pub(super) fn missed_s(&self, now: u32) -> f64 {
+        f64::from(now.saturating_sub(self.last_hit)) * TICK_S
+    }
+
     /// Whether some node is near a surface.
     pub(super) fn has_surface(&self) -> bool {
         let near = |(distance, weight): (&i16, &u16)| (*weight != 0) & (*distance < NO_SURFACE);
