@@ -18,6 +18,7 @@ use crate::continuous::in_map;
 use crate::earlier_cycles::{EarlierCycles, StaticPoint};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
+use crate::moving_in_place::{CyclePoints, MovingInPlace};
 use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
@@ -31,6 +32,9 @@ const ANOTHER_RUN_S: f64 = 1.0;
 /// A surface that comes into range continues what was seen of it before. A camera at 0.5 m/s and 7 Hz comes a voxel of the
 /// thesis closer in a cycle, and a surface is known after two.
 const BORDER_VOXELS: i32 = 3;
+
+/// The noise of depth moves no surface by so many standard deviations.
+const SURE_IN_SIGMAS: f64 = 3.0;
 
 /// What is known of the place of a point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -54,6 +58,7 @@ pub struct FreeSpaceSegmenter {
     view: View,
     recent_views: RecentViews,
     earlier_cycles: EarlierCycles,
+    moving_in_place: MovingInPlace,
     floor: Option<Floor>,
     /// Where objects had points a cycle ago, in the map.
     last_object_voxels: HashSet<VoxelKey>,
@@ -80,6 +85,7 @@ impl FreeSpaceSegmenter {
             view: View::default(),
             recent_views: RecentViews::new(grid.edge_m()),
             earlier_cycles: EarlierCycles::default(),
+            moving_in_place: MovingInPlace::default(),
             floor: None,
             last_object_voxels: HashSet::new(),
             last: None,
@@ -119,17 +125,23 @@ impl FreeSpaceSegmenter {
         self.view.widen(cycle);
         self.floor = self.floor_under(&points_in_map, &camera_in_map);
         let known = self.known_places(&points_in_map, &camera_in_map);
-        let classes = self.classes(&points_in_map, &known, &camera_in_map);
-        observe(Step::Evidence);
-
+        let mut classes = self.classes(&points_in_map, &known, &camera_in_map);
         let voxels: Vec<VoxelKey> =
             points_in_map.iter().map(|point| self.grid.key(&point.cast::<f32>())).collect();
+        let moving_in_place =
+            self.find_moving_in_place(cycle, (&points_in_map, &voxels), &camera_in_map);
+        for &point in &moving_in_place {
+            self.occupancy.take_for_free(&points_in_map[point]);
+            classes[point] = PointClass::InFreeSpace;
+        }
+        observe(Step::Evidence);
+
         let candidates = Candidates::new(&classes, &voxels);
         let expected = self.tracker.predict(stamp);
         let seeds = seeds_of(&self.config, cycle, &points_in_map, &classes, &candidates, &expected);
         observe(Step::Angular);
 
-        let groups = self.groups(&points_in_map, &classes, &candidates, &seeds);
+        let groups = self.groups(&points_in_map, &classes, &candidates, (&seeds, &moving_in_place));
         observe(Step::DepthClustering);
 
         let cell_m = self.grid.edge_m();
@@ -174,12 +186,16 @@ impl FreeSpaceSegmenter {
         for &point in &settled {
             self.occupancy.take_for_occupied(&points_in_map[point], long_ago);
         }
-        let retracted_m = self.retract(
+        let mut retracted_m = self.retract(
             cycle,
             (points_in_map, &voxels, &classes),
             (&groups, &is_dynamic),
             &objects_before,
         );
+        // They are in the map: until now they were background.
+        let map_from_continuous = cycle.map_from_continuous.unwrap_or_default();
+        let in_map = |&point: &usize| (map_from_continuous * points_in_map[point]).cast();
+        retracted_m.extend(moving_in_place.iter().map(in_map));
         observe(Step::Evidence);
         Judged { is_dynamic, tracks, in_zone: seeds.in_zone, retracted_m }
     }
@@ -227,6 +243,7 @@ impl FreeSpaceSegmenter {
             self.last_object_voxels.clear();
             self.recent_views.clear();
             self.earlier_cycles.clear();
+            self.moving_in_place = MovingInPlace::default();
         }
         self.last = Some(stamp);
         self.occupancy.begin_cycle(stamp);
@@ -351,6 +368,51 @@ impl FreeSpaceSegmenter {
             .collect()
     }
 
+    /// The points of bodies that move in their place.
+    fn find_moving_in_place(
+        &mut self,
+        cycle: &DetectedCycle,
+        (points_in_map, voxels): (&[Point3<f64>], &[VoxelKey]),
+        camera: &Point3<f64>,
+    ) -> Vec<usize> {
+        let edge_m = self.grid.edge_m();
+        let distances_m: Vec<f64> =
+            points_in_map.iter().map(|point| distance(point, camera)).collect();
+        // What is a voxel above the floor may be noise of it, and would join all that stands there.
+        let is_floor = |(point, distance_m): (&Point3<f64>, &f64)| {
+            self.floor.is_some_and(|floor| floor.height_above_m(point) <= edge_m)
+                || *distance_m > self.config.evidence_reach_m
+        };
+        let is_floor: Vec<bool> = points_in_map.iter().zip(&distances_m).map(is_floor).collect();
+        let noise = DepthNoise::default();
+        let is_intermittent: Vec<bool> = (0..points_in_map.len())
+            .map(|point| {
+                let most_off_m =
+                    SURE_IN_SIGMAS * f64::from(noise.sigma_m(distances_m[point] as f32));
+                !is_floor[point]
+                    && most_off_m <= edge_m
+                    && self.occupancy.is_intermittent(&points_in_map[point])
+            })
+            .collect();
+        let is_at_border: Vec<bool> = cycle
+            .reduced_cloud
+            .points_m
+            .iter()
+            .zip(&distances_m)
+            .map(|(point, distance_m)| {
+                self.view.is_at_border(cycle, &point.cast::<f64>(), edge_m / distance_m)
+            })
+            .collect();
+        let points = CyclePoints {
+            in_map_m: points_in_map,
+            voxels,
+            is_floor: &is_floor,
+            is_intermittent: &is_intermittent,
+            is_at_border: &is_at_border,
+        };
+        self.moving_in_place.bodies(&self.config, points)
+    }
+
     /// Whether the camera would have seen in earlier cycles what is there now.
     fn was_seen_empty(&self, point_in_map: &Point3<f64>, camera: &Point3<f64>) -> bool {
         let was_empty =
@@ -384,7 +446,7 @@ impl FreeSpaceSegmenter {
         points_in_map: &[Point3<f64>],
         classes: &[PointClass],
         candidates: &Candidates<'_>,
-        seeds: &Seeds,
+        (seeds, moving_in_place): (&Seeds, &[usize]),
     ) -> Vec<MovingGroup> {
         let reach_m = self.config.max_object_width_m / 2.0;
         let within_a_body = |point: &Point3<f64>| {
@@ -413,6 +475,9 @@ impl FreeSpaceSegmenter {
                     is_newly_occupied: points
                         .iter()
                         .any(|&point| classes[point].is_newly_occupied()),
+                    moves_in_place: points
+                        .iter()
+                        .any(|point| moving_in_place.binary_search(point).is_ok()),
                     points,
                 }
             })

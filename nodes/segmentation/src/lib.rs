@@ -58,6 +58,7 @@ pub mod filter;
 pub mod floor;
 pub mod free_space;
 pub mod growth;
+mod moving_in_place;
 mod moving_pixels;
 pub mod recent_views;
 pub mod seeds;

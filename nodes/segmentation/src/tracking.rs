@@ -45,6 +45,8 @@ pub struct MovingGroup {
     pub in_free_space: bool,
     /// Whether any of it was not there before.
     pub is_newly_occupied: bool,
+    /// Whether any of it was found to move in its place.
+    pub moves_in_place: bool,
 }
 
 /// Where a tracked object is predicted to be.
@@ -118,6 +120,7 @@ impl Tracker {
                 in_free_space: 2 * count(|group| group.in_free_space) >= points.len(),
                 in_zone: 2 * count(|group| group.in_zone) >= points.len(),
                 is_newly_occupied: count(|group| group.is_newly_occupied) > 0,
+                moves_in_place: 2 * count(|group| group.moves_in_place) >= points.len(),
             }
         };
         let observations = self.observations(cloud, groups);

@@ -38,6 +38,17 @@ impl View {
         let in_rig = cycle.continuous_from_rig().inverse_transform_point(point_in_map);
         slopes(cycle, &in_rig).is_some_and(|slopes| (self.right..=self.left).contains(&slopes.x))
     }
+
+    /// Whether a point of the rig is no farther from one of its borders than by a slope.
+    pub(crate) fn is_at_border(
+        &self,
+        cycle: &DetectedCycle,
+        point_in_rig: &Point3<f64>,
+        by: f64,
+    ) -> bool {
+        slopes(cycle, point_in_rig)
+            .is_some_and(|slopes| slopes.x <= self.right + by || slopes.x >= self.left - by)
+    }
 }
 
 /// Sideways and upward slope of the ray from the camera to a point; `None` beside or behind the camera, and for points that are

@@ -191,6 +191,12 @@ impl Cell {
         self.passes >= LEAST_PASSES
     }
 
+    /// Whether it was hit in some cycles and free in others.
+    #[must_use]
+    pub fn is_intermittent(&self) -> bool {
+        self.was_hit() && self.was_passed()
+    }
+
     /// Cycles in which it was hit, with decay.
     #[must_use]
     pub fn hits(&self) -> u8 {

@@ -116,6 +116,12 @@ impl Occupancy {
         block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)))
     }
 
+    /// Whether something was in a place in some cycles, and nothing in others.
+    #[must_use]
+    pub fn is_intermittent(&self, point_in_map: &Point3<f64>) -> bool {
+        self.voxel(point_in_map).is_some_and(|voxel| self.cell(voxel).is_intermittent())
+    }
+
     /// Whether a place was hardly ever hit, and no surface is beside it.
     #[must_use]
     pub fn is_untouched(&self, point_in_map: &Point3<f64>) -> bool {

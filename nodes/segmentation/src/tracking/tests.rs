@@ -26,6 +26,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
             in_zone: true,
             in_free_space: true,
             is_newly_occupied: true,
+            moves_in_place: false,
         });
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);
