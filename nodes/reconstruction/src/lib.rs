@@ -46,4 +46,5 @@ pub use outcome::{Addition, LoadError, MapChanges, MapError, WholeMap};
 pub use static_map::{LISTENER_TOLERANCE_IN_EDGES, LOADED_HITS, StaticMap};
 pub use surface_map::SurfaceMap;
 pub use surface_map::loading::one_a_voxel;
+pub use surface_map::normals::normals;
 pub use tiles::SpillCounts;

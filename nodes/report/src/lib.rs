@@ -4,6 +4,8 @@
 //! with and without removal, and a page that needs nothing but itself (`report.html`). Where the truth is known, the
 //! summary holds a [`DynamicScore`], which the crate `evaluation` computes.
 //!
+//! [`MapDrawing`] has what needs no browser: pictures of the map in space, still and moving, and a small one for a terminal.
+//!
 //! The pages of all subcommands are made here: [`Page`] is one of sections with tables, [`Chart`]s and pictures.
 //!
 //! No ROS, no files, no clock: bytes and text go out, and the same record gives the same bytes.
@@ -19,6 +21,8 @@
 
 mod chart;
 mod cycle_view;
+mod drawing;
+mod figures_table;
 mod headline;
 mod html_document;
 mod kept_out;
@@ -37,6 +41,8 @@ pub use chart::{Axis, Chart, Marks, Series};
 pub use cycle_view::{
     CLOUD_STEP_M, CycleView, RANGE_STEP_M, RigCamera, ScanView, SmallDepth, cloud_steps,
 };
+pub use drawing::{MapDrawing, TerminalColours, thumbnail};
+pub use figures_table::figures_table;
 pub use headline::headline;
 pub use kept_out::{KeptOut, KeptOutCause};
 pub use live_page::{live_page_html, live_page_policy};

@@ -3,7 +3,7 @@
 //! Each view has one frame for all its pictures: the same metres lie at the same pixels in the same colours,
 //! so that two pictures can be compared by looking from one to the other.
 
-mod canvas;
+pub(crate) mod canvas;
 mod clouds;
 mod frame;
 #[cfg(test)]
@@ -19,12 +19,12 @@ pub use self::frame::{PictureFrame, View};
 use crate::{KeptOut, KeptOutCause, RunRecord};
 
 /// The voxels that are not in the map since something moved there, and those for another reason.
-const REMOVED: Colour = [0xff, 0x8a, 0x3d];
+pub(crate) const REMOVED: Colour = [0xff, 0x8a, 0x3d];
 const NOT_CONFIRMED: Colour = [0xb5, 0x8c, 0xff];
 /// The static map where it is only the background of what was removed.
 const BACKDROP: Colour = [0x5b, 0x6b, 0x7f];
 /// Where the rig went.
-const PATH: Colour = [0xff, 0xff, 0xff];
+pub(crate) const PATH: Colour = [0xff, 0xff, 0xff];
 
 /// The pictures of a run's maps, as the bytes of PNG files.
 #[derive(Clone, PartialEq, Debug)]
@@ -57,6 +57,9 @@ pub enum PictureError {
     /// The encoder failed.
     #[error("a picture of the map could not be written as PNG")]
     Encode(#[from] image::ImageError),
+    /// The encoder of animated pictures failed.
+    #[error("an animated picture of the map could not be written as PNG")]
+    Animate(#[from] png::EncodingError),
 }
 
 /// The pictures of the maps of `run`, and of `kept_out` over the map, with the rig's path in white and a bar of
@@ -112,12 +115,12 @@ fn map_picture(
     points: &[Point3<f32>],
     path: &[Point3<f32>],
 ) -> Result<Vec<u8>, PictureError> {
-    let mut canvas = Canvas::new(frame);
-    canvas.paint_columns(&frame.columns(points), |column| {
+    let mut canvas = canvas_of(frame);
+    canvas.paint_columns(frame, &frame.columns(points), |column| {
         let height = frame.relative_height(column.mean_height_m());
         faded(height_colour(height), shade.brightness(column.points))
     });
-    finish(canvas, path)
+    finish(canvas, frame, path)
 }
 
 fn removal_picture(
@@ -127,20 +130,29 @@ fn removal_picture(
     [other, moved]: &[Vec<Point3<f32>>; 2],
     path: &[Point3<f32>],
 ) -> Result<Vec<u8>, PictureError> {
-    let mut canvas = Canvas::new(frame);
-    canvas.paint_columns(&frame.columns(kept), |column| {
+    let mut canvas = canvas_of(frame);
+    canvas.paint_columns(frame, &frame.columns(kept), |column| {
         faded(BACKDROP, shade.brightness(column.points))
     });
     for (points, colour) in [(other, NOT_CONFIRMED), (moved, REMOVED)] {
-        canvas.paint_columns(&frame.columns(points), |column| {
+        canvas.paint_columns(frame, &frame.columns(points), |column| {
             faded(colour, shade.brightness(column.points))
         });
     }
-    finish(canvas, path)
+    finish(canvas, frame, path)
 }
 
-fn finish(mut canvas: Canvas<'_>, path: &[Point3<f32>]) -> Result<Vec<u8>, PictureError> {
-    canvas.paint_path(path, PATH);
-    canvas.paint_scale_bar();
+fn canvas_of(frame: &PictureFrame) -> Canvas {
+    let (width_px, height_px) = frame.size_px();
+    Canvas::new((width_px as usize, height_px as usize))
+}
+
+fn finish(
+    mut canvas: Canvas,
+    frame: &PictureFrame,
+    path: &[Point3<f32>],
+) -> Result<Vec<u8>, PictureError> {
+    canvas.paint_path(path.iter().map(|point| frame.pixel_of(point)), PATH);
+    canvas.paint_scale_bar(frame);
     Ok(canvas.into_png()?)
 }

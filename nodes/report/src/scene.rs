@@ -4,7 +4,7 @@
 //! `page/src/payload.js` reads them. The viewer itself is `page/bundle.js`, which `page/build.sh` makes of `page/src`.
 
 mod cycles;
-mod moments;
+pub(crate) mod moments;
 mod point_set;
 #[cfg(test)]
 mod tests;
@@ -154,21 +154,10 @@ fn removed_points(run: &RunRecord, limits: &PageLimits) -> PointSet {
 
 /// The corners of what is to be in view, the map without its outliers and the path of the rig; and the lowest and the highest
 /// height of the map likewise.
-fn bounds_m(run: &RunRecord) -> ([[f32; 3]; 2], [f32; 2]) {
+pub(crate) fn bounds_m(run: &RunRecord) -> ([[f32; 3]; 2], [f32; 2]) {
     let axis = |axis: usize| {
-        let mut values_m: Vec<f32> = run
-            .static_map
-            .iter()
-            .map(|point_m| point_m[axis])
-            .filter(|value_m| value_m.is_finite())
-            .collect();
-        let last = values_m.len().saturating_sub(1);
-        let outliers = (last as f64 * OUTLIER_SHARE) as usize;
-        let mut at = |index: usize| {
-            (!values_m.is_empty())
-                .then(|| *values_m.select_nth_unstable_by(index, f32::total_cmp).1)
-        };
-        [at(outliers).unwrap_or(0.0), at(last - outliers).unwrap_or(0.0)]
+        let values_m = run.static_map.iter().map(|point_m| point_m[axis]).collect();
+        range_without_outliers(values_m).unwrap_or([0.0; 2])
     };
     let of_map = [0, 1, 2].map(axis);
     let with_path = [0, 1, 2].map(|axis| {
@@ -177,6 +166,15 @@ fn bounds_m(run: &RunRecord) -> ([[f32; 3]; 2], [f32; 2]) {
         path.fold(of_map[axis], |[low_m, high_m], at_m| [low_m.min(at_m), high_m.max(at_m)])
     });
     ([0, 1].map(|end| with_path.map(|axis| axis[end])), of_map[2])
+}
+
+/// The lowest and the highest of the values but for the outliers and what is not finite; none where there are none.
+pub(crate) fn range_without_outliers(mut values: Vec<f32>) -> Option<[f32; 2]> {
+    values.retain(|value| value.is_finite());
+    let last = values.len().checked_sub(1)?;
+    let outliers = (last as f64 * OUTLIER_SHARE) as usize;
+    let mut at = |index: usize| *values.select_nth_unstable_by(index, f32::total_cmp).1;
+    Some([at(outliers), at(last - outliers)])
 }
 
 fn block(name: &str, bytes: &[u8]) -> Markup {

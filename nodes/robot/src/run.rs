@@ -5,6 +5,7 @@ mod collector;
 mod colour_topics;
 pub mod cycles;
 mod dds;
+mod drawings;
 mod findings;
 pub mod inputs;
 pub(crate) mod local;
@@ -14,6 +15,7 @@ pub mod parameters;
 pub mod pipeline;
 pub(crate) mod pose_topics;
 mod recorder;
+mod terminal;
 pub(crate) mod tf_frames;
 mod trajectory;
 
@@ -32,6 +34,7 @@ use report::{DynamicScore, RunRecord, Summary};
 
 use self::chosen::Chosen;
 pub(crate) use self::chosen::choose_inputs;
+use self::drawings::{DrawingArgs, Drawings};
 use self::findings::InputLosses;
 pub(crate) use self::findings::no_cycle;
 use self::inputs::{Inputs, TopicArgs};
@@ -91,6 +94,8 @@ pub struct HowArgs {
     /// Write the surface as triangles, too, to mesh.glb (binary glTF), mesh.ply or mesh.obj; of the method free_space
     #[arg(long, value_name = "FORM", value_parser = mesh_output::form_parser())]
     mesh: Option<MeshForm>,
+    #[command(flatten)]
+    drawings: DrawingArgs,
     /// Leave the times out of summary.json, so that two runs of one bag write the same bytes
     #[arg(long)]
     no_timing: bool,
@@ -124,6 +129,10 @@ pub(crate) fn run(
         if transport == TransportName::Dds {
             return Err(Failure::new("a road map is made with --transport local only")
                 .fix("over DDS start `stillmap up --pose lidar`, and play the recording"));
+        }
+        if let Some(option) = args.how.drawings.given() {
+            return Err(Failure::new(format!("{option}: a road map has pictures of its own"))
+                .fix("leave it out: the folder then holds the map and the drive from above"));
         }
         let results = lidar::ROAD_RESULTS.map(|name| args.out.join(name));
         refuse_to_replace(results, args.how.overwrite, "--out")?;
@@ -179,6 +188,7 @@ pub fn run_bag(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     refuse_results(out, how.overwrite)?;
+    how.drawings.refuse(how.overwrite)?;
     let chosen = Chosen::of(bag_path, topics, &how.parameters, how.no_colour)?;
     let Chosen { bag, info, inputs, parameters, note } = chosen;
     note.into_iter().for_each(console::note);
@@ -224,6 +234,7 @@ pub fn run_bag(
     let summary = Summary::of_run(&record, score, !how.no_timing)
         .map_err(|error| Failure::new(error.to_string()))?;
     folder.write(&record, &summary)?;
+    let drawings = drawings::draw(&how.drawings, &folder, &record, how.json)?;
     if let Some(poses) = &poses {
         let trajectory = folder.path().join("trajectory.txt");
         write_trajectory(&trajectory, poses, &Isometry3::identity())?;
@@ -252,7 +263,7 @@ pub fn run_bag(
     if let Some(failure) = failure.or_else(no_result) {
         return Err(failure);
     }
-    print_summary(&folder, &summary, how.json)?;
+    print_summary(&folder, &summary, &drawings, how.json)?;
     if how.open {
         open_report(&folder);
     }
@@ -341,19 +352,32 @@ fn bag_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn print_summary(folder: &OutputFolder, summary: &Summary, json: bool) -> Result<(), Failure> {
+fn print_summary(
+    folder: &OutputFolder,
+    summary: &Summary,
+    drawings: &Drawings,
+    json: bool,
+) -> Result<(), Failure> {
     if json {
         let json = summary
             .to_json()
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
         return console::print(json.trim_end());
     }
-    for line in report::headline(summary) {
-        console::print(line)?;
+    if drawings.thumbnail.is_empty() {
+        report::headline(summary).iter().try_for_each(console::print)?;
+    } else {
+        drawings.thumbnail.iter().try_for_each(console::print)?;
+        console::print("")?;
+        report::figures_table(summary).iter().try_for_each(console::print)?;
+        console::print("")?;
     }
     let path = folder.path().display();
     console::print(format_args!(
         "map: {path}/map.ply, map.pcd; removed: {path}/dynamic/; figures: {path}/summary.json"
     ))?;
+    if let Some(pictures) = drawings.list(folder.path()) {
+        console::print(format_args!("pictures: {pictures}"))?;
+    }
     console::print(format_args!("report: {path}/report.html"))
 }

@@ -61,10 +61,12 @@ impl Inputs {
 }
 
 /// Each command that writes, and a file that it would replace.
-const REPLACING: [(&str, &str); 15] = [
+const REPLACING: [(&str, &str); 17] = [
     ("run @small.mcap --out @out", "out/map.ply"),
     ("run @small.mcap --out @out", "out/parameters.yaml"),
     ("run @small.mcap --out @out", "out/dynamic/cycle_000001.ply"),
+    ("run @small.mcap --png --out @out", "out/map.png"),
+    ("run @small.mcap --animation @out.png --out @out", "out.png"),
     ("run @small.mcap --pose lidar --out @out", "out/map.las"),
     ("demo --out @out", "out/demo.mcap"),
     ("demo --out @out", "out/report.html"),

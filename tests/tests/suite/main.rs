@@ -37,6 +37,7 @@ mod coloured_map;
 mod corrected_map;
 mod dds_run;
 mod doctor;
+mod drawings;
 mod ending;
 mod filtered;
 mod foreign;

@@ -65,7 +65,8 @@ fn distances_m(points_m: &[Point3<f32>], of: &[&Point3<f32>], cell_m: f64) -> Ve
 }
 
 /// The normals of points that are so far apart, of length 1; 0 for a point with a number that is not finite, or beyond the grid.
-pub(crate) fn normals(points_m: &[Point3<f32>], spacing_m: f64) -> Vec<Vector3<f32>> {
+#[must_use]
+pub fn normals(points_m: &[Point3<f32>], spacing_m: f64) -> Vec<Vector3<f32>> {
     let nothing = vec![Vector3::zeros(); points_m.len()];
     let Ok(grid) = VoxelGrid::new(spacing_m) else { return nothing };
     let mut keyed: Vec<(VoxelKey, usize)> = points_m

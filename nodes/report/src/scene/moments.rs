@@ -9,19 +9,19 @@ use crate::RunRecord;
 
 /// The cycle, counted within the run, in which each voxel was seen first. A page of more cycles than 16 bits count shows the rest with
 /// the last one.
-pub(super) struct Moments {
+pub(crate) struct Moments {
     grid: VoxelGrid,
     first_seen: HashMap<VoxelKey, u16, BuildVoxelHasher>,
     last: u16,
 }
 
 /// A cycle as the page counts it.
-pub(super) fn moment(ordinal: usize) -> u16 {
+pub(crate) fn moment(ordinal: usize) -> u16 {
     ordinal.min(usize::from(u16::MAX)) as u16
 }
 
 impl Moments {
-    pub(super) fn of(run: &RunRecord) -> Result<Self, VoxelEdgeError> {
+    pub(crate) fn of(run: &RunRecord) -> Result<Self, VoxelEdgeError> {
         let grid = VoxelGrid::new(run.voxel_edge_m)?;
         let mut first_seen = HashMap::default();
         for (ordinal, cycle) in run.cycles.iter().enumerate() {
@@ -34,9 +34,14 @@ impl Moments {
     }
 
     /// When a point's voxel was seen first, or one beside it where it was not; the last cycle where neither was.
-    pub(super) fn first_seen(&self, point_m: &Point3<f32>) -> u16 {
+    pub(crate) fn first_seen(&self, point_m: &Point3<f32>) -> u16 {
+        self.known_first_seen(point_m).unwrap_or(self.last)
+    }
+
+    /// The same; none where neither was seen.
+    pub(crate) fn known_first_seen(&self, point_m: &Point3<f32>) -> Option<u16> {
         let key = self.grid.key(point_m);
         let seen = |key: VoxelKey| self.first_seen.get(&key).copied();
-        seen(key).or_else(|| key.with_neighbours().filter_map(seen).min()).unwrap_or(self.last)
+        seen(key).or_else(|| key.with_neighbours().filter_map(seen).min())
     }
 }

@@ -9,6 +9,7 @@ use geometry::{MapView, MapViews, OccupancyGrid, OrientedPoints, TriangleMesh, p
 use reconstruction::mesh::{self, MeshForm};
 use report::{CycleRecord, RunRecord, Summary};
 
+use super::drawings::MapPng;
 use crate::existing::refuse_to_replace;
 use crate::failure::Failure;
 
@@ -26,8 +27,22 @@ const GRID: &str = "grid.yaml";
 const GRID_IMAGE: &str = "grid.pgm";
 
 /// The files that a run writes to its folder, and its meshes: [`mesh_name`].
-const RESULTS: [&str; 8] =
-    ["map.ply", "map.pcd", "summary.json", REPORT, PARAMETERS, "trajectory.txt", GRID_IMAGE, GRID];
+const RESULTS: [&str; 10] = [
+    "map.ply",
+    "map.pcd",
+    "summary.json",
+    REPORT,
+    PARAMETERS,
+    "trajectory.txt",
+    GRID_IMAGE,
+    GRID,
+    MAP_PICTURE,
+    PAIR_PICTURE,
+];
+
+/// The pictures of the map: with what was removed, and without and with removal beside each other.
+pub(super) const MAP_PICTURE: &str = "map.png";
+pub(super) const PAIR_PICTURE: &str = "before_after.png";
 
 /// The triangles.
 fn mesh_name(form: MeshForm) -> String {
@@ -181,6 +196,15 @@ impl OutputFolder {
     pub(super) fn write_grid(&self, grid: &OccupancyGrid) -> Result<(), Failure> {
         self.write_file(GRID_IMAGE, &grid.pgm())?;
         self.write_file(GRID, grid.map_yaml(GRID_IMAGE).as_bytes())
+    }
+
+    /// Writes the pictures of the map, or removes those of an earlier run.
+    pub(super) fn write_pictures(&self, pictures: Option<&MapPng>) -> Result<(), Failure> {
+        let Some(MapPng { map, before_after }) = pictures else {
+            return [MAP_PICTURE, PAIR_PICTURE].iter().try_for_each(|name| self.remove_file(name));
+        };
+        self.write_file(MAP_PICTURE, map)?;
+        self.write_file(PAIR_PICTURE, before_after)
     }
 
     /// Writes under a temporary name first: a reader never finds half a file.
