@@ -1,5 +1,7 @@
 //! The built-in scenarios.
 
+mod flat;
+
 use crate::objects::{PERSON_SPEED_M_PER_S, ROBOT_SPEED_M_PER_S};
 use crate::room::{DEPTH_M, HEIGHT_M, WIDTH_M, furnished_room};
 use crate::scenario::START;

@@ -6,7 +6,7 @@
 //! seed varies the noise of the sensors, the tremor of the hand and, by centimetres, the path; in the flat also the
 //! furniture.
 
-mod flat;
+pub(crate) mod flat;
 mod panels;
 mod people;
 mod ways;

@@ -192,6 +192,7 @@ impl ChoiceArgs {
             Some(ScenarioName::Odometry(run)) => Scenario::odometry(run, seed),
             Some(ScenarioName::Slam(run)) => Scenario::slam(run, seed),
             Some(ScenarioName::Road) => Scenario::road(VelodyneModel::Hdl32e, seed),
+            Some(ScenarioName::DemoFlat) => Scenario::demo_flat().with_seed(seed),
             Some(ScenarioName::Small) => Scenario::small().with_seed(seed),
             Some(ScenarioName::Demo | ScenarioName::Scene(_)) | None => {
                 Scenario::demo().with_seed(seed)

@@ -10,6 +10,7 @@ use simulator::{OdometryRun, SceneName, SlamRun};
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum ScenarioName {
     Demo,
+    DemoFlat,
     Small,
     Scene(SceneName),
     Odometry(OdometryRun),
@@ -20,7 +21,7 @@ pub(super) enum ScenarioName {
 impl ValueEnum for ScenarioName {
     fn value_variants<'a>() -> &'a [Self] {
         static ALL: LazyLock<Vec<ScenarioName>> = LazyLock::new(|| {
-            let mut all = vec![ScenarioName::Demo, ScenarioName::Small];
+            let mut all = vec![ScenarioName::Demo, ScenarioName::DemoFlat, ScenarioName::Small];
             all.extend(SceneName::ALL.map(ScenarioName::Scene));
             all.extend(OdometryRun::ALL.map(ScenarioName::Odometry));
             all.extend(SlamRun::ALL.map(ScenarioName::Slam));
@@ -33,6 +34,10 @@ impl ValueEnum for ScenarioName {
     fn to_possible_value(&self) -> Option<PossibleValue> {
         let (name, about) = match *self {
             Self::Demo => ("demo", "A furnished room; a robot and then a person cross it"),
+            Self::DemoFlat => (
+                "demo-flat",
+                "A furnished flat in colour; a robot drives through three of its rooms, in which people walk",
+            ),
             Self::Small => (
                 "small",
                 "The same room with a small depth image and the person only, for quick tests",

@@ -39,7 +39,7 @@ fn rooms() -> impl Iterator<Item = Room> {
 }
 
 /// The flat. The seed decides the furniture of each room.
-pub(super) fn flat(seed: u64) -> Scene {
+pub(crate) fn flat(seed: u64) -> Scene {
     let white = Material::PLASTER;
     let slab =
         |name: &str, min_m: [f64; 3], max_m, material| Body::cuboid(name, min_m, max_m, material);
