@@ -1,7 +1,7 @@
 //! Writes report pages of runs that are made up into a folder, for the tests of the page in a browser (`page/test.sh`).
 //!
 //! `room.html` is of a small room that a person crosses, `hostile.html` the same with names that are markup, `coloured.html` the same
-//! with the colours of a camera, `large.html` has ten million points.
+//! with the colours of a camera, `meshed.html` has the floor as triangles, too, more than its page carries, `large.html` has ten million points.
 
 #![allow(clippy::print_stdout, reason = "a program of the tests")]
 
@@ -10,8 +10,8 @@ use std::f32::consts::{PI, TAU};
 use std::path::Path;
 
 use geometry::{
-    CameraModel, Distortion, DynamicZone, RigConfig, Scan, SegmentationCounts, Stamp, VoxelGrid,
-    ZoneSource,
+    CameraModel, Distortion, DynamicZone, RigConfig, Scan, SegmentationCounts, Stamp, TriangleMesh,
+    VoxelGrid, ZoneSource,
 };
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use report::{
@@ -25,6 +25,9 @@ const PERIOD_S: f64 = 0.2;
 const ROOM_M: [f32; 3] = [3.0, 2.5, 2.4];
 const RIG_HEIGHT_M: f32 = 1.0;
 const EDGE_M: f64 = 0.08;
+/// Cells along an edge of the floor, of two triangles each, and the triangles that a page carries at most.
+const FLOOR_CELLS: u32 = 100;
+const TRIANGLES: usize = 15_000;
 const LARGE_POINTS: usize = 10_000_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -47,13 +50,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let colours = room.static_map.iter().map(wall_colour);
     let coloured = RunRecord { map_colours: colours.collect(), ..room.clone() };
     write(folder, "coloured.html", &coloured)?;
+    let meshed = RunRecord { mesh: Some(floor()), ..room.clone() };
+    write(folder, "meshed.html", &meshed)?;
     write(folder, "large.html", &RunRecord { static_map: walls(LARGE_POINTS), ..room })?;
     Ok(())
 }
 
 fn write(folder: &Path, name: &str, run: &RunRecord) -> Result<(), Box<dyn Error>> {
     let summary = Summary::of_run(run, None, false)?;
-    let limits = PageLimits { map_points: usize::MAX, ..PageLimits::default() };
+    let limits =
+        PageLimits { map_points: usize::MAX, triangles: TRIANGLES, ..PageLimits::default() };
     let page = report_html_within(run, &summary, &limits)?;
     println!("{name}: {} bytes", page.len());
     Ok(std::fs::write(folder.join(name), page)?)
@@ -106,6 +112,23 @@ fn walls(count: usize) -> Vec<Point3<f32>> {
             }
         })
         .collect()
+}
+
+/// The floor as triangles.
+fn floor() -> TriangleMesh {
+    let row = FLOOR_CELLS + 1;
+    let along = |n: u32, half_m: f32| (2.0 * n as f32 / FLOOR_CELLS as f32 - 1.0) * half_m;
+    let at = |n: u32| Point3::new(along(n % row, ROOM_M[0]), along(n / row, ROOM_M[1]), 0.01);
+    let cell = |x: u32, y: u32| {
+        let [here, above] = [y * row + x, (y + 1) * row + x];
+        [[here, here + 1, above], [here + 1, above + 1, above]]
+    };
+    let cells = (0..FLOOR_CELLS).flat_map(|x| (0..FLOOR_CELLS).map(move |y| (x, y)));
+    TriangleMesh {
+        points_m: (0..row * row).map(at).collect(),
+        triangles: cells.flat_map(|(x, y)| cell(x, y)).collect(),
+        ..TriangleMesh::default()
+    }
 }
 
 /// A red and a blue half of the room; no colour was seen of the far corner.

@@ -12,7 +12,7 @@ use geometry::{DynamicZone, ZoneSource};
 use nalgebra::{Isometry3, Point2};
 use serde_json::{Value, json};
 
-pub use planes::{push_differences_8, push_differences_16};
+pub use planes::{push_differences_8, push_differences_16, push_varint};
 
 use crate::{RigCamera, ScanView, SmallDepth};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use geometry::{DynamicZone, SegmentationCounts, Stamp};
+use geometry::{DynamicZone, SegmentationCounts, Stamp, TriangleMesh};
 use nalgebra::{Isometry3, Point3};
 use serde::{Deserialize, Serialize};
 
@@ -59,6 +59,8 @@ pub struct RunRecord {
     /// Red, green and blue of each point of the map, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no
     /// colours.
     pub map_colours: Vec<[u8; 3]>,
+    /// The map as triangles, in the map frame, where it was made so and is at hand.
+    pub mesh: Option<TriangleMesh>,
     /// The map that the same clouds give when nothing is removed, in the map frame.
     pub unfiltered_map: Vec<Point3<f32>>,
 }

@@ -8,6 +8,7 @@ pub(crate) mod moments;
 mod point_set;
 #[cfg(test)]
 mod tests;
+mod triangles;
 mod views;
 
 use base64::Engine as _;
@@ -19,6 +20,7 @@ use serde_json::{Value, json};
 
 use self::moments::Moments;
 use self::point_set::PointSet;
+use self::triangles::Triangles;
 use self::views::VIEWS_PER_GROUP;
 use crate::cycle_view::{CLOUD_STEP_M, RANGE_STEP_M};
 use crate::payload::{self, Effort, HEIGHT_COLOURS, deflated, drawn_colour, json_in_script};
@@ -41,12 +43,14 @@ pub struct PageLimits {
     pub map_points: usize,
     /// Points that were removed as moving.
     pub removed_points: usize,
+    /// Triangles of the map: more are made coarser. A triangle takes about 4 bytes of the page.
+    pub triangles: usize,
 }
 
 impl Default for PageLimits {
     fn default() -> Self {
         // 20 MB of a page of 40 MB; the rest is for the views.
-        Self { map_points: 5_000_000, removed_points: 500_000 }
+        Self { map_points: 5_000_000, removed_points: 500_000, triangles: 400_000 }
     }
 }
 
@@ -87,11 +91,17 @@ pub(crate) fn scene(
         ("removed", &removed, run.voxel_edge_m),
         ("kept_out", &kept_out, run.voxel_edge_m),
     ];
-    let header = header(run, summary, &sets);
+    let mesh = run.mesh.as_ref().filter(|mesh| !mesh.triangles.is_empty());
+    let mesh = mesh.map(|mesh| Triangles::of(mesh, limits.triangles, run.map_spacing_m()));
+    let mut header = header(run, summary, &sets);
+    if let Some(mesh) = &mesh {
+        header["mesh"] = mesh.header();
+    }
     Ok(html! {
         (data("header", "application/json", &json_in_script(&header)))
         (block("cycles", cycles::encode(run).to_string().as_bytes()))
         @for (name, set, _) in &sets { (block(name, &set.bytes)) }
+        @if let Some(mesh) = &mesh { (block("mesh", &mesh.bytes)) }
         @for (number, group) in views.iter().enumerate() { (block(&format!("views-{number}"), group)) }
         (script())
     })

@@ -204,24 +204,25 @@ pub fn run_bag(
     let mesh_file = how.mesh.map(|form| folder.mesh_file(form)).transpose()?;
     let mesh_before = how.mesh.and_then(|form| folder.mesh_saved_at(form));
 
-    let Finished { record, losses, failure, poses, grid, mesh, is_interrupted } = match transport {
-        TransportName::Local => {
-            let how = (&parameters, how.mesh.is_some());
-            run_locally(&bag, &info, &inputs, how, interrupt)?
-        }
-        TransportName::Dds => {
-            let bag_name = bag_name(bag_path);
-            let playback = dds::Playback {
-                bag: bag_path,
-                bag_name: &bag_name,
-                rate: how.rate,
-                parameters: folder.parameters(),
-                grid_file: grid_file.as_deref(),
-                mesh_file: mesh_file.as_deref(),
-            };
-            run_over_dds(&playback, &info, &inputs, &parameters, interrupt)?
-        }
-    };
+    let Finished { mut record, losses, failure, poses, grid, mesh, is_interrupted } =
+        match transport {
+            TransportName::Local => {
+                let how = (&parameters, how.mesh.is_some());
+                run_locally(&bag, &info, &inputs, how, interrupt)?
+            }
+            TransportName::Dds => {
+                let bag_name = bag_name(bag_path);
+                let playback = dds::Playback {
+                    bag: bag_path,
+                    bag_name: &bag_name,
+                    rate: how.rate,
+                    parameters: folder.parameters(),
+                    grid_file: grid_file.as_deref(),
+                    mesh_file: mesh_file.as_deref(),
+                };
+                run_over_dds(&playback, &info, &inputs, &parameters, interrupt)?
+            }
+        };
     if is_interrupted && record.cycles.is_empty() {
         console::note("interrupted before the first cycle: nothing is written");
         return Ok(Outcome::Interrupted);
@@ -233,6 +234,15 @@ pub fn run_bag(
     };
     let summary = Summary::of_run(&record, score, !how.no_timing)
         .map_err(|error| Failure::new(error.to_string()))?;
+    // The report has it as a layer.
+    let mesh_error = match mesh {
+        Some(Ok(mesh)) => {
+            record.mesh = Some(mesh);
+            None
+        }
+        Some(Err(error)) => Some(error),
+        None => None,
+    };
     folder.write(&record, &summary)?;
     let drawings = drawings::draw(&how.drawings, &folder, &record, how.json)?;
     if let Some(poses) = &poses {
@@ -254,6 +264,7 @@ pub fn run_bag(
             findings.extend(grid_file.map(|_| Failure::new(NO_GRID)));
         }
     }
+    let mesh = mesh_error.map_or_else(|| record.mesh.as_ref().map(Ok), |error| Some(Err(error)));
     findings.extend(mesh_output::settle(&folder, how.mesh, mesh, mesh_before)?);
     findings.extend(unscored);
     for finding in &findings {

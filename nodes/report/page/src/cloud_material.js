@@ -2,13 +2,29 @@
 
 import { Color, GLSL3, RawShaderMaterial, Vector2, Vector3 } from "three";
 
+/** The colour of a height, for the shaders of points and triangles. */
+export const HEIGHT_COLOUR = `
+uniform vec2 heights;
+uniform vec3 ramp[5];
+vec3 heightColour(float z) {
+  float at = clamp((z - heights.x) / max(heights.y - heights.x, 1e-3), 0.0, 1.0) * 4.0;
+  int low = min(int(at), 3);
+  return mix(ramp[low], ramp[low + 1], at - float(low));
+}`;
+
+/** A depth as the four channels of a pixel; `pick.js` reads it. */
+export const PACKED_DEPTH = `
+vec4 packed(float value) {
+  vec4 digits = fract(clamp(value, 0.0, 0.9999999) * vec4(1.0, 255.0, 65025.0, 16581375.0));
+  return digits - digits.yzww * vec4(1.0 / 255.0, 1.0 / 255.0, 1.0 / 255.0, 0.0);
+}`;
+
 const VERTEX = `
 precision highp float;
 uniform mat4 modelViewMatrix, projectionMatrix;
 uniform vec3 origin;
 uniform float stepM, moment, sizeM, pxPerM;
-uniform vec2 cut, heights;
-uniform vec3 ramp[5];
+uniform vec2 cut;
 uniform vec3 flatColour;
 uniform int colouring, onlyClass;
 in vec4 position;
@@ -16,12 +32,7 @@ in vec4 tint;
 out vec3 colour;
 out float depth;
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
-
-vec3 heightColour(float z) {
-  float at = clamp((z - heights.x) / max(heights.y - heights.x, 1e-3), 0.0, 1.0) * 4.0;
-  int low = min(int(at), 3);
-  return mix(ramp[low], ramp[low + 1], at - float(low));
-}
+${HEIGHT_COLOUR}
 
 void main() {
   vec3 inMap = origin + position.xyz * stepM;
@@ -39,16 +50,12 @@ uniform bool asDepth;
 in vec3 colour;
 in float depth;
 out vec4 pixel;
-
-vec4 packed(float value) {
-  vec4 digits = fract(value * vec4(1.0, 255.0, 65025.0, 16581375.0));
-  return digits - digits.yzww * vec4(1.0 / 255.0, 1.0 / 255.0, 1.0 / 255.0, 0.0);
-}
+${PACKED_DEPTH}
 
 void main() {
   vec2 fromMiddle = gl_PointCoord - 0.5;
   if (dot(fromMiddle, fromMiddle) > 0.25) discard;
-  pixel = asDepth ? packed(clamp(depth, 0.0, 0.9999999)) : vec4(colour, 1.0);
+  pixel = asDepth ? packed(depth) : vec4(colour, 1.0);
 }`;
 
 /** The ways to colour points, by the shader's number. */

@@ -58,6 +58,18 @@ export class Reader {
     return this.numbers.getFloat32(this.at - 4, true);
   }
 
+  /** A number of up to 32 bits, seven of them a byte, the lowest first; the upper bit says whether another byte follows. */
+  varint() {
+    let [value, shift, byte] = [0, 0, 0];
+    do {
+      byte = this.bytes[this.at];
+      this.at += 1;
+      value += (byte & 0x7f) * 2 ** shift;
+      shift += 7;
+    } while (byte & 0x80);
+    return value;
+  }
+
   /**
    * `count` numbers of 16 bits, written as the differences of neighbours: first the low bytes, then the high ones.
    * They go to `into[first + n * stride]`.

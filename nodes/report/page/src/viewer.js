@@ -8,6 +8,7 @@ import { linkCharts } from "./charts.js";
 import { element, grouped } from "./dom.js";
 import { layerList } from "./layers.js";
 import { Measure } from "./measure.js";
+import { MeshLayer, readMesh } from "./mesh_layer.js";
 import { Moment } from "./moment.js";
 import { Overlay } from "./overlay.js";
 import { Panels } from "./panels.js";
@@ -43,7 +44,8 @@ export async function startViewer(place, header) {
   const shared = sharedUniforms(header);
   const stage = new Stage(canvas, header.bounds_m, homeDirection(run), isPhone, shared, () => showStatus(status, stage, header));
   const clouds = cloudLayers(header, sets, shared);
-  for (const { cloud } of clouds) stage.picture.addLayer(cloud);
+  const triangles = header.mesh ? [meshLayer(header.mesh, await readMesh(header.mesh), shared, clouds[0].cloud.look)] : [];
+  for (const { cloud } of [...clouds, ...triangles]) stage.picture.addLayer(cloud);
   const moment = run.cycles.length > 0 ? new Moment(run.cycles.map((cycle) => cycle.t_s)) : null;
   const overlay = new Overlay(header, run);
   for (const group of Object.values(overlay.groups)) stage.picture.overlay.add(group);
@@ -53,7 +55,7 @@ export async function startViewer(place, header) {
 
   const walkFrom = () => run.cycles[moment?.index ?? 0]?.pose.slice(0, 3) ?? null;
   const side = element("div", { class: "side" },
-    layerList(layerGroups(header, clouds, overlay), () => stage.changed()),
+    layerList(layerGroups(header, [...clouds, ...triangles], overlay), () => stage.changed()),
     settings(stage, shared, clouds.map(({ cloud }) => cloud), header.bounds_m, header.points.map.has.includes("colour")));
   const viewer = element("div", { class: "viewer" }, toolbar(stage, measure, walkFrom, header.title),
     element("div", { class: "stage" }, canvas, status, result), side,
@@ -128,6 +130,15 @@ function cloudLayers(header, sets, shared) {
     });
   }
   return layers;
+}
+
+/** The layer of the triangles, in the colours of the map's points. Where the page has fewer than the map it says so. */
+function meshLayer(mesh, geometry, shared, look) {
+  const fewer = mesh.triangles < mesh.total ? `, made coarser from ${grouped(mesh.total)}` : "";
+  return {
+    id: "mesh", name: `triangles: ${grouped(mesh.triangles)}${fewer}`, colour: HEIGHTS_KEY, shown: false,
+    note: "The surface of the map at the end of the run, from the side from which it was seen.", cloud: new MeshLayer(geometry, shared, look),
+  };
 }
 
 export function layerGroups(header, clouds, overlay) {

@@ -154,6 +154,38 @@ test("a map with colours is drawn in them, and by height where that is chosen", 
   await plain.close();
 });
 
+test("triangles are a layer that is switched on, and say that they are coarser than the map's", async () => {
+  const { page, faults, close } = await open(file("meshed.html"));
+  const layer = page.locator("[data-layer=mesh]");
+  assert.equal(await layer.isChecked(), false);
+  const [, carried, total] = (await page.locator("label", { has: layer }).innerText()).match(/triangles: ([\d,]+), made coarser from ([\d,]+)/);
+  const number = (text) => Number(text.replaceAll(",", ""));
+  assert.equal(number(total), 20_000);
+  assert.ok(number(carried) > 5000 && number(carried) <= 15_000, carried);
+  // Nothing else is shown: the floor fills the middle of the view from above without a gap.
+  for (const other of await page.locator("[data-layer]").all()) await other.setChecked(false);
+  await page.getByRole("button", { name: "From above" }).click();
+  // Without points the status says nothing of what is drawn.
+  const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await drawn();
+  const empty = await pixels(page, ".scene");
+  await layer.setChecked(true);
+  const withTriangles = await changed(page, [empty], "the triangles");
+  const background = await page.evaluate(() => {
+    const canvas = document.querySelector("canvas.scene");
+    const copy = Object.assign(document.createElement("canvas"), { width: 40, height: 40 });
+    const context = copy.getContext("2d");
+    context.drawImage(canvas, canvas.width / 2 - 20, canvas.height / 2 - 20, 40, 40, 0, 0, 40, 40);
+    const { data } = context.getImageData(0, 0, 40, 40);
+    return data.filter((value, at) => at % 4 === 2 && value < 60).length;
+  });
+  assert.equal(background, 0);
+  await layer.setChecked(false);
+  assert.equal(await changed(page, [withTriangles], "no triangles"), empty);
+  assert.deepEqual(faults, []);
+  await close();
+});
+
 test("a moment is shown in the view, the scan, the depth image, the figures and the charts", async () => {
   const { page, faults, close } = await open(file("room.html"));
   const state = async () => [

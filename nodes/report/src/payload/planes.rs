@@ -22,6 +22,15 @@ pub fn push_differences_8(bytes: &mut Vec<u8>, values: impl Iterator<Item = u8>)
     bytes.extend(values.map(|value| value.wrapping_sub(std::mem::replace(&mut before, value))));
 }
 
+/// Appends a number, seven bits a byte, the lowest first; the upper bit says that another byte follows.
+pub fn push_varint(bytes: &mut Vec<u8>, mut value: u64) {
+    while value > 0x7f {
+        bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    bytes.push(value as u8);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -34,5 +43,8 @@ mod tests {
         bytes.clear();
         push_differences_8(&mut bytes, [5, 4, 255, 0].into_iter());
         assert_eq!(bytes, [5, 255, 251, 1]);
+        bytes.clear();
+        [0, 127, 128, 300].into_iter().for_each(|value| push_varint(&mut bytes, value));
+        assert_eq!(bytes, [0, 127, 0x80, 1, 0xac, 2]);
     }
 }

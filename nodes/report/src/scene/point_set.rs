@@ -120,7 +120,8 @@ impl PointSet {
     }
 }
 
-fn curve([x, y, z]: [u16; 3]) -> u64 {
+/// The bits of three coordinates, interleaved: neighbours in space are neighbours by this.
+pub(super) fn curve([x, y, z]: [u16; 3]) -> u64 {
     spread(x) | spread(y) << 1 | spread(z) << 2
 }
 

@@ -31,13 +31,13 @@ pub(super) fn check(form: Option<MeshForm>, pipeline: &PipelineConfig) -> Result
 pub(super) fn settle(
     folder: &OutputFolder,
     form: Option<MeshForm>,
-    mesh: Option<Result<TriangleMesh, MeshError>>,
+    mesh: Option<Result<&TriangleMesh, MeshError>>,
     saved_before: Option<SystemTime>,
 ) -> Result<Option<Failure>, Failure> {
     let missing = match (form, mesh) {
         (None, _) => None,
         (Some(form), Some(Ok(mesh))) => {
-            folder.write_mesh(&mesh, form)?;
+            folder.write_mesh(mesh, form)?;
             None
         }
         (Some(_), Some(Err(error))) => Some(Failure::new(error.to_string())),

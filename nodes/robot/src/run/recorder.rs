@@ -246,6 +246,7 @@ impl Recorder {
             drops,
             static_map,
             map_colours,
+            mesh: None,
             unfiltered_map: self.unfiltered_map.points(),
         }
     }
