@@ -19,6 +19,7 @@ mod terminal;
 pub(crate) mod tf_frames;
 mod trajectory;
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -344,16 +345,18 @@ fn messages_on(info: &BagInfo, topic: &str) -> u64 {
     info.topics.iter().filter(|known| known.topic == topic).map(|known| known.message_count).sum()
 }
 
-/// Opens the report with the desktop's program (xdg-utils). Where there is none, its path was printed.
+/// Opens the report with the desktop's program (xdg-utils). Where there is none, that is said.
 fn open_report(folder: &OutputFolder) {
-    let opened = Command::new("xdg-open")
-        .arg(folder.path().join(output::REPORT))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .status();
+    let report = folder.path().join(output::REPORT);
+    let opened =
+        Command::new("xdg-open").arg(&report).stdin(Stdio::null()).stdout(Stdio::null()).status();
     match opened {
         Ok(status) if status.success() => {}
         Ok(status) => console::note(format_args!("the report was not opened: xdg-open {status}")),
+        Err(error) if error.kind() == ErrorKind::NotFound => console::note(format_args!(
+            "the report was not opened, since there is no xdg-open here (package xdg-utils): open {} in a browser",
+            report.display()
+        )),
         Err(error) => console::note(format_args!("the report was not opened: xdg-open: {error}")),
     }
 }

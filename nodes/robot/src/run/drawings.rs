@@ -110,5 +110,8 @@ pub(super) fn draw(
 
 /// The normals of the points of the map.
 fn normals(record: &RunRecord) -> Vec<Vector3<f32>> {
-    reconstruction::normals(&record.static_map, record.map_edge_m.unwrap_or(record.voxel_edge_m))
+    /// One normal for the points in a cube of two spacings: for which side is seen that is fine enough, and four times as fast.
+    const CELL_IN_SPACINGS: f64 = 2.0;
+    let spacing_m = record.map_edge_m.unwrap_or(record.voxel_edge_m);
+    reconstruction::normals(&record.static_map, CELL_IN_SPACINGS * spacing_m)
 }
