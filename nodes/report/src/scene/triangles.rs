@@ -257,6 +257,13 @@ mod tests {
     }
 
     #[test]
+    fn the_least_corner_comes_first_and_the_turn_stays() {
+        for corners in [[3, 7, 5], [5, 3, 7], [7, 5, 3]] {
+            assert_eq!(least_first(corners), [3, 7, 5]);
+        }
+    }
+
+    #[test]
     fn the_page_reads_the_same_surface_turned_the_same_way() {
         let mesh = sheet(20, 0.05);
         let triangles = Triangles::of(&mesh, usize::MAX, 0.05);
