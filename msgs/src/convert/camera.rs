@@ -13,6 +13,7 @@ use crate::sensor_msgs::{CameraInfo, RegionOfInterest};
 /// Names of the distortion models (`sensor_msgs/distortion_models.hpp`).
 const PLUMB_BOB: &str = "plumb_bob";
 const RATIONAL: &str = "rational_polynomial";
+const EQUIDISTANT: &str = "equidistant";
 
 /// The camera that took the raw image: `k` and `d`, with the sensor's region of interest and binning
 /// taken into account as image_geometry does.
@@ -20,9 +21,9 @@ const RATIONAL: &str = "rational_polynomial";
 /// `r` and `p` are not used: they belong to the image that a rectifier makes of the raw one. Give a
 /// rectified image a calibration with an empty or all-zero `d`, as drivers of depth cameras do.
 ///
-/// A `plumb_bob` has 5 coefficients, or 4 where k3 is left out; a `rational_polynomial` 8, or more
-/// where the rest is zero. An empty `d` is no distortion, and so is an all-zero one. Wide-angle models
-/// (`equidistant`) are not supported: without distortion they are no pinhole camera either.
+/// A `plumb_bob` has 5 coefficients, or 4 where k3 is left out; a `rational_polynomial` 8, or 12 with a thin prism, or more
+/// where the rest, a tilted sensor, is zero. An empty `d` of these is no distortion, and so is an all-zero one. An `equidistant`, of a
+/// fisheye lens, has 4; with zeros it is no pinhole camera either.
 ///
 /// # Errors
 /// When the camera is not calibrated, its matrix is not that of a pinhole camera, the model is not
@@ -91,6 +92,13 @@ fn distortion(message: &CameraInfo) -> Result<Distortion, ConvertError> {
             return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
         }
         (RATIONAL, _) => rational(d)?,
+        (EQUIDISTANT, [k1, k2, k3, k4]) => {
+            return Ok(Distortion::Equidistant([*k1, *k2, *k3, *k4]));
+        }
+        (EQUIDISTANT, _) => {
+            let (model, wanted) = (EQUIDISTANT, "4");
+            return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
+        }
         ("" | "none", _) if straight => Distortion::None,
         _ => return Err(ConvertError::DistortionModel { model: excerpt(model) }),
     };
@@ -102,8 +110,15 @@ fn rational(d: &[f64]) -> Result<Distortion, ConvertError> {
         let (model, wanted) = (RATIONAL, "8");
         return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
     };
+    if beyond.iter().all(|coefficient| *coefficient == 0.0) {
+        return Ok(Distortion::Rational(*coefficients));
+    }
+    let Some((coefficients, beyond)) = d.split_first_chunk::<12>() else {
+        let (model, wanted) = (RATIONAL, "8 (or 12)");
+        return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
+    };
     match beyond.iter().position(|coefficient| *coefficient != 0.0) {
-        None => Ok(Distortion::Rational(*coefficients)),
+        None => Ok(Distortion::RationalPrism(*coefficients)),
         Some(place) => {
             let index = place + coefficients.len();
             let value = d.get(index).copied().unwrap_or_default();
@@ -121,6 +136,8 @@ pub fn message_from_camera(model: &CameraModel, stamp: Stamp, frame_id: &str) ->
         Distortion::None => (PLUMB_BOB, vec![0.0; 5]),
         Distortion::PlumbBob(coefficients) => (PLUMB_BOB, coefficients.to_vec()),
         Distortion::Rational(coefficients) => (RATIONAL, coefficients.to_vec()),
+        Distortion::RationalPrism(coefficients) => (RATIONAL, coefficients.to_vec()),
+        Distortion::Equidistant(coefficients) => (EQUIDISTANT, coefficients.to_vec()),
     };
     CameraInfo {
         header: header_of(stamp, frame_id),

@@ -203,8 +203,8 @@ pub enum ConvertError {
     },
     /// A distortion model that is not known.
     #[error(
-        "CameraInfo: distortion_model {model:?} is not supported; plumb_bob and \
-         rational_polynomial are, and an empty d for a rectified image"
+        "CameraInfo: distortion_model {model:?} is not supported; plumb_bob, \
+         rational_polynomial and equidistant are, and an empty d for a rectified image"
     )]
     DistortionModel {
         /// The model, the start of its name.
@@ -221,7 +221,7 @@ pub enum ConvertError {
         count: usize,
     },
     /// Coefficients that the model does not use are not zero.
-    #[error("CameraInfo: d[{index}] is {value}; thin prism and tilt of a lens are not supported")]
+    #[error("CameraInfo: d[{index}] is {value}; the tilt of a sensor is not supported")]
     DistortionBeyondModel {
         /// Which coefficient.
         index: usize,

@@ -7,6 +7,7 @@ use serde::Deserialize;
 /// Distortion models that are read; where a file names none, `camera_calibration_parsers` takes the first.
 const PLUMB_BOB: &str = "plumb_bob";
 const RATIONAL: &str = "rational_polynomial";
+const EQUIDISTANT: &str = "equidistant";
 
 /// A camera's calibration file.
 #[derive(Clone, PartialEq, Debug)]
@@ -169,28 +170,30 @@ fn distortion(written: &Written) -> Result<Distortion, CameraFileError> {
     let model = written.distortion_model.as_deref().unwrap_or(PLUMB_BOB);
     let accepted = match model {
         PLUMB_BOB => "5 (or 4, or none)",
-        RATIONAL => "8 (or none)",
+        RATIONAL => "8 (or 12, or none)",
+        EQUIDISTANT => "4",
         _ => return Err(CameraFileError::DistortionModel { model: model.to_owned() }),
     };
     if !matrix.is_as_stated() {
         return Err(matrix.shape_error(KEY, accepted));
     }
     match (model, matrix.data.as_slice()) {
+        (EQUIDISTANT, [k1, k2, k3, k4]) => Ok(Distortion::Equidistant([*k1, *k2, *k3, *k4])),
+        (EQUIDISTANT, _) => Err(matrix.shape_error(KEY, accepted)),
         (_, []) => Ok(Distortion::None),
         (PLUMB_BOB, [k1, k2, t1, t2]) => Ok(Distortion::PlumbBob([*k1, *k2, *t1, *t2, 0.0])),
         (PLUMB_BOB, [k1, k2, t1, t2, k3]) => Ok(Distortion::PlumbBob([*k1, *k2, *t1, *t2, *k3])),
-        (RATIONAL, numbers) => match numbers.split_first_chunk::<8>() {
-            None => Err(matrix.shape_error(KEY, accepted)),
-            Some((eight, beyond)) => {
-                let more = beyond.iter().enumerate().find(|(_, value)| **value != 0.0);
-                match more {
-                    None => Ok(Distortion::Rational(*eight)),
-                    Some((place, value)) => {
-                        Err(CameraFileError::BeyondModel { index: 8 + place, value: *value })
-                    }
+        (RATIONAL, numbers) => {
+            let is_used = numbers.iter().rposition(|number| *number != 0.0);
+            match (numbers.first_chunk::<8>(), numbers.first_chunk::<12>(), is_used) {
+                (Some(eight), _, None | Some(..8)) => Ok(Distortion::Rational(*eight)),
+                (_, Some(twelve), Some(8..12)) => Ok(Distortion::RationalPrism(*twelve)),
+                (_, Some(_), Some(index)) => {
+                    Err(CameraFileError::BeyondModel { index, value: numbers[index] })
                 }
+                _ => Err(matrix.shape_error(KEY, accepted)),
             }
-        },
+        }
         _ => Err(matrix.shape_error(KEY, accepted)),
     }
 }

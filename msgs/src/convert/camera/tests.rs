@@ -64,26 +64,34 @@ fn distortion_models_of_drivers_are_read() {
     fourteen.extend([0.0; 6]);
     assert_eq!(distortion_of("rational_polynomial", &fourteen), Ok(Distortion::Rational(eight)));
     fourteen[10] = 1e-3;
+    let twelve = *fourteen.first_chunk::<12>().unwrap();
+    let prism = Ok(Distortion::RationalPrism(twelve));
+    assert_eq!(distortion_of("rational_polynomial", &fourteen), prism);
+    assert_eq!(distortion_of("rational_polynomial", &twelve), prism);
+    fourteen[12] = 1e-3;
     assert_eq!(
         distortion_of("rational_polynomial", &fourteen),
-        Err(ConvertError::DistortionBeyondModel { index: 10, value: 1e-3 })
+        Err(ConvertError::DistortionBeyondModel { index: 12, value: 1e-3 })
     );
+    for four in [[0.0; 4], [0.1, 0.2, 0.3, 0.4]] {
+        assert_eq!(distortion_of("equidistant", &four), Ok(Distortion::Equidistant(four)));
+    }
 }
 
 #[test]
 fn other_distortion_is_refused_by_name() {
-    for (model, d) in [
-        ("equidistant", vec![0.1; 4]),
-        ("equidistant", vec![0.0; 4]),
-        ("equidistant", vec![]),
-        ("none", vec![0.1]),
-        ("", vec![0.1; 5]),
-        ("fov", vec![0.9]),
-    ] {
+    for (model, d) in [("none", vec![0.1]), ("", vec![0.1; 5]), ("fov", vec![0.9])] {
         let expected = ConvertError::DistortionModel { model: model.to_owned() };
         assert_eq!(distortion_of(model, &d), Err(expected), "{model} {d:?}");
     }
-    for (model, count) in [("plumb_bob", 3), ("plumb_bob", 8), ("rational_polynomial", 5)] {
+    for (model, count) in [
+        ("plumb_bob", 3),
+        ("plumb_bob", 8),
+        ("rational_polynomial", 5),
+        ("rational_polynomial", 9),
+        ("equidistant", 0),
+        ("equidistant", 5),
+    ] {
         let error = distortion_of(model, &vec![0.1; count]).unwrap_err();
         assert!(matches!(error, ConvertError::DistortionCoefficients { .. }), "{error}");
         assert!(error.to_string().contains(&format!("d has {count}")), "{error}");

@@ -66,6 +66,20 @@ fn files_of_other_cameras_are_read_too() {
         panic!("no rational model")
     };
     assert_eq!(coefficients[4..], [0.0, 1.0, 0.2, 0.5]);
+    let with = |model: &str, numbers: &str, count: usize| {
+        let text = rational.replace("rational_polynomial", model);
+        let (before, behind) = text.split_once("distortion_coefficients").unwrap();
+        let end = behind.find(']').unwrap();
+        let numbers = format!(":\n  rows: 1\n  cols: {count}\n  data: [{numbers}");
+        camera_from_yaml(&format!("{before}distortion_coefficients{numbers}{}", &behind[end..]))
+            .map(|file| file.camera.distortion)
+    };
+    let prism = with("rational_polynomial", "0, 0, 0, 0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0", 14);
+    assert!(matches!(prism, Ok(Distortion::RationalPrism([.., 0.5, 0.0, 0.0, 0.0]))), "{prism:?}");
+    let tilted = with("rational_polynomial", "1, 0, 0, 0, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.1", 14);
+    assert!(tilted.unwrap_err().to_string().contains("13"));
+    let fisheye = with("equidistant", "0, 0.1, 0, 0", 4);
+    assert!(matches!(fisheye, Ok(Distortion::Equidistant([0.0, 0.1, 0.0, 0.0]))), "{fisheye:?}");
 
     // Files of 2009 name no model, and need no rectified camera.
     let (before, _) = ANNEX_2.split_once("rectification_matrix").unwrap();
@@ -91,7 +105,8 @@ fn what_is_wrong_with_a_file_is_said() {
             &["camera_matrix", "element 1 is 0.5"],
         ),
         ("522.0276786799784", "-1", &["-1 and 518"]),
-        ("plumb_bob", "equidistant", &["equidistant"]),
+        ("plumb_bob", "fov", &["fov"]),
+        ("plumb_bob", "equidistant", &["distortion_coefficients", "4"]),
         ("plumb_bob", "rational_polynomial", &["distortion_coefficients", "8"]),
         ("cols: 5", "cols: 4", &["distortion_coefficients", "1 x 4"]),
         ("0.13826258934353136", ".nan", &["coefficient 0"]),

@@ -21,9 +21,22 @@ fn rational_camera() -> CameraModel {
     CameraModel { distortion: Distortion::Rational(coefficients), ..annex_2_camera() }
 }
 
-fn cameras() -> [CameraModel; 3] {
+/// The colour camera of an OAK: a rational model with a thin prism.
+fn prism_camera() -> CameraModel {
+    let coefficients =
+        [0.52, -2.5, 0.000_4, -0.000_2, 1.4, 0.4, -2.3, 1.35, 0.001, -0.000_4, 0.000_7, 0.000_2];
+    CameraModel { distortion: Distortion::RationalPrism(coefficients), ..annex_2_camera() }
+}
+
+/// A fisheye lens that sees 150 degrees from corner to corner.
+fn fisheye_camera() -> CameraModel {
+    let distortion = Distortion::Equidistant([0.02, -0.01, 0.003, -0.000_5]);
+    CameraModel { distortion, fx_px: 300.0, fy_px: 301.0, ..annex_2_camera() }
+}
+
+fn cameras() -> [CameraModel; 5] {
     let pinhole = CameraModel { distortion: Distortion::None, ..annex_2_camera() };
-    [pinhole, annex_2_camera(), rational_camera()]
+    [pinhole, annex_2_camera(), rational_camera(), prism_camera(), fisheye_camera()]
 }
 
 proptest! {
@@ -58,14 +71,20 @@ proptest! {
 
     #[test]
     fn no_number_makes_the_camera_panic(
-        numbers in proptest::array::uniform8(any::<f64>()),
+        numbers in proptest::array::uniform12(any::<f64>()),
         ray in proptest::array::uniform2(any::<f64>()),
     ) {
-        let distortion = Distortion::Rational(numbers);
-        let ray = Vector2::from(ray);
-        let (_, _) = (distortion.distort(&ray), distortion.undistort(&ray));
-        let camera = CameraModel { width_px: 3, height_px: 2, distortion, ..annex_2_camera() };
-        let _ = RayTable::new(&camera);
+        let [k1, k2, k3, k4, k5, k6, k7, k8, ..] = numbers;
+        for distortion in [
+            Distortion::Rational([k1, k2, k3, k4, k5, k6, k7, k8]),
+            Distortion::RationalPrism(numbers),
+            Distortion::Equidistant([k1, k2, k3, k4]),
+        ] {
+            let ray = Vector2::from(ray);
+            let (_, _) = (distortion.distort(&ray), distortion.undistort(&ray));
+            let camera = CameraModel { width_px: 3, height_px: 2, distortion, ..annex_2_camera() };
+            let _ = RayTable::new(&camera);
+        }
     }
 }
 
@@ -89,6 +108,31 @@ fn the_rational_model_divides_by_its_denominator() {
     assert!((seen - expected).norm() < 1e-15, "{seen}");
 }
 
+/// Computed by hand, as above; the prism adds s1 * r2 + s2 * r2^2 to x, s3 and s4 alike to y.
+#[test]
+fn a_thin_prism_shifts_what_is_off_the_axis() {
+    let prism = [0.1, 0.01, 0.0, 0.0, 0.5, 0.2, 0.4, 0.8, 0.01, 0.02, -0.03, 0.04];
+    let seen = Distortion::RationalPrism(prism).distort(&Vector2::new(0.3, 0.4)).unwrap();
+    let shift = Vector2::new(0.01 * 0.25 + 0.02 * 0.0625, -0.03 * 0.25 + 0.04 * 0.0625);
+    let expected = Vector2::new(0.3, 0.4) * (1.033_437_5 / 1.087_5) + shift;
+    assert!((seen - expected).norm() < 1e-15, "{seen}");
+}
+
+#[test]
+fn an_ideal_fisheye_lens_shows_equal_angles_at_equal_distances() {
+    let ideal = Distortion::Equidistant([0.0; 4]);
+    assert!(!ideal.is_none());
+    for degrees in [0.0_f64, 1e-7, 1.0, 30.0, 60.0, 80.0] {
+        let angle_rad = degrees.to_radians();
+        let seen = ideal.distort(&(Vector2::new(0.6, -0.8) * angle_rad.tan())).unwrap();
+        assert!((seen - Vector2::new(0.6, -0.8) * angle_rad).norm() < 1e-12, "{degrees}: {seen}");
+    }
+    // 0.5 * (1 + 0.1 * 0.25 + 0.2 * 0.0625).
+    let seen =
+        Distortion::Equidistant([0.1, 0.2, 0.0, 0.0]).distort(&Vector2::new(0.5_f64.tan(), 0.0));
+    assert!((seen.unwrap() - Vector2::new(0.518_75, 0.0)).norm() < 1e-12);
+}
+
 #[test]
 fn what_is_not_before_the_camera_has_no_pixel() {
     for camera in cameras() {
@@ -96,8 +140,8 @@ fn what_is_not_before_the_camera_has_no_pixel() {
             (Point3::new(0.0, 0.0, 1.0), true),
             (Point3::new(0.0, 0.0, -1.0), false),
             (Point3::new(0.0, 0.0, 0.0), false),
-            (Point3::new(2.0, 0.0, 1.0), false),
-            (Point3::new(0.0, -2.0, 1.0), false),
+            (Point3::new(9.0, 0.0, 1.0), false),
+            (Point3::new(0.0, -9.0, 1.0), false),
             (Point3::new(f64::NAN, 0.0, 1.0), false),
             (Point3::new(0.0, 0.0, f64::NAN), false),
         ] {

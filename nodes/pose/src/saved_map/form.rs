@@ -61,6 +61,8 @@ enum SavedDistortion {
     None,
     PlumbBob([f64; 5]),
     Rational([f64; 8]),
+    RationalPrism([f64; 12]),
+    Equidistant([f64; 4]),
 }
 
 #[derive(Serialize, Deserialize)]

@@ -125,6 +125,8 @@ impl SavedCamera {
             Distortion::None => SavedDistortion::None,
             Distortion::PlumbBob(coefficients) => SavedDistortion::PlumbBob(coefficients),
             Distortion::Rational(coefficients) => SavedDistortion::Rational(coefficients),
+            Distortion::RationalPrism(coefficients) => SavedDistortion::RationalPrism(coefficients),
+            Distortion::Equidistant(coefficients) => SavedDistortion::Equidistant(coefficients),
         };
         let focal_and_principal_px = [fx_px, fy_px, cx_px, cy_px];
         Self { width_px, height_px, focal_and_principal_px, distortion }
@@ -137,6 +139,8 @@ impl SavedCamera {
             SavedDistortion::None => Distortion::None,
             SavedDistortion::PlumbBob(coefficients) => Distortion::PlumbBob(coefficients),
             SavedDistortion::Rational(coefficients) => Distortion::Rational(coefficients),
+            SavedDistortion::RationalPrism(coefficients) => Distortion::RationalPrism(coefficients),
+            SavedDistortion::Equidistant(coefficients) => Distortion::Equidistant(coefficients),
         };
         CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion }
     }
