@@ -1,5 +1,6 @@
 //! The node `detection`: scans, depth images (or clouds) and poses in, reduced clouds and zones out.
 
+mod backlog;
 mod camera;
 mod colour;
 mod extrinsics;
@@ -178,6 +179,10 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
             parameters = live.changed() => stage.change(&parameters)?,
             _reset = lifecycle.reset() => stage.reset(),
             now = jumps.next() => stage.set_back(now),
+            () = std::future::ready(()), if stage.may_go_on() => {
+                stage.process_next();
+                node_shell::let_peers_run().await;
+            }
             arrival = stage.next() => {
                 stage.take(arrival);
                 node_shell::let_peers_run().await;
@@ -188,6 +193,9 @@ pub async fn serve(node: &Node, parameters: DetectionParameters) -> Result<(), N
             },
         }
     }
-    stage.give_up_waiting();
+    // Live, who ends does not process what waits.
+    if node.takes_every_cycle() {
+        stage.give_up_waiting();
+    }
     Ok(())
 }

@@ -86,6 +86,7 @@ pub use process::log;
 pub use process::panicked::{Panicked, caught};
 pub use process::shutdown::Shutdown;
 pub use process::spill_folder::{SpillFolder, SpillFolderError};
+pub use process::status_line::StatusLine;
 pub use process::throttle::{Throttle, WARNING_PERIOD};
 pub use process::versions::{VERSIONS_KEPT, keep_version};
 pub use process::whole_file::{folder_of, output_file, write_whole_file};

@@ -7,8 +7,10 @@ pub(crate) mod life;
 
 use std::sync::Arc;
 
+use msgs::diagnostic_msgs::DiagnosticStatus;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use tokio::sync::watch;
 
 use crate::endpoints::counters::Counters;
 use crate::endpoints::network::Network;
@@ -37,6 +39,8 @@ pub struct Node {
     clock: NodeClock,
     switches: Switches,
     life: Life,
+    /// What the node last reported on /diagnostics.
+    report: watch::Sender<Option<Arc<DiagnosticStatus>>>,
     network: Option<Network>,
 }
 
@@ -63,6 +67,7 @@ impl Node {
             clock: NodeClock::new(switches.use_sim_time),
             switches,
             life: Life::default(),
+            report: watch::Sender::new(None),
             network,
         })
     }
@@ -122,6 +127,16 @@ impl Node {
         self.counters.clone()
     }
 
+    /// What the node reports on `/diagnostics`, each time anew; nothing before the first report, and of a node on no network.
+    #[must_use]
+    pub fn reports(&self) -> watch::Receiver<Option<Arc<DiagnosticStatus>>> {
+        self.report.subscribe()
+    }
+
+    pub(crate) fn report_sender(&self) -> watch::Sender<Option<Arc<DiagnosticStatus>>> {
+        self.report.clone()
+    }
+
     /// Every publisher and subscription of the node with the number of its peers.
     #[must_use]
     pub fn matches(&self) -> Vec<Match> {
@@ -154,6 +169,12 @@ impl Node {
     #[must_use]
     pub fn takes_every_cycle(&self) -> bool {
         self.host.max_waiting_cycles() >= waiting_cycles::EVERY
+    }
+
+    /// How many cycles may wait before a stage; `None` where each counts.
+    #[must_use]
+    pub fn max_waiting_cycles(&self) -> Option<usize> {
+        (!self.takes_every_cycle()).then(|| self.host.max_waiting_cycles())
     }
 
     /// Whether the program is to end.

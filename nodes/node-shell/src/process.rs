@@ -1,5 +1,6 @@
-//! The parts of a process that do not depend on ROS: its log, its memory, its end; panics that are caught; warnings that are not repeated at
-//! each message; files that are written whole, and their versions; the folder of what has no room in memory.
+//! The parts of a process that do not depend on ROS: its log, its line at the foot of the terminal, its memory, its end; panics that are
+//! caught; warnings that are not repeated at each message; files that are written whole, and their versions; the folder of what has no
+//! room in memory.
 
 pub(crate) mod failure;
 pub mod log;
@@ -7,6 +8,7 @@ pub(crate) mod memory;
 pub(crate) mod panicked;
 pub(crate) mod shutdown;
 pub(crate) mod spill_folder;
+pub(crate) mod status_line;
 pub(crate) mod throttle;
 pub(crate) mod versions;
 pub(crate) mod whole_file;

@@ -5,6 +5,7 @@ mod detect;
 
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -58,6 +59,9 @@ pub struct UpArgs {
     #[arg(long, requires = "detect")]
     yes: bool,
 }
+
+/// Threads of the runtime, at least: one for each of the four nodes, and one to receive.
+const THREADS: usize = 5;
 
 impl UpArgs {
     /// The arguments that go with those of a proposal.
@@ -114,7 +118,10 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         name: "map_edge_m".to_owned(),
         value: format!("{edge_m:?}"),
     }));
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let runtime = tokio::runtime::Builder::new_multi_thread()
+        // A node that computes keeps its thread: the others, and what receives for them, need theirs.
+        .worker_threads(cores.max(THREADS))
         .enable_all()
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;

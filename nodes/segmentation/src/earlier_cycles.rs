@@ -74,21 +74,31 @@ impl EarlierCycles {
         view: &TiledView,
         voxel_edge_m: f64,
     ) -> Vec<Point3<f64>> {
-        for voxels in objects {
-            let voxels: Vec<VoxelKey> = voxels.collect();
+        let is_known = |voxels: &[VoxelKey]| {
             let mut around = voxels.iter().flat_map(|voxel| voxel.within(STEPS_A_CYCLE));
-            if around.any(|voxel| last_object_voxels.contains(&voxel)) {
-                continue;
+            around.any(|voxel| last_object_voxels.contains(&voxel))
+        };
+        let mut new: Vec<Object> = objects
+            .map(Iterator::collect::<Vec<VoxelKey>>)
+            .filter(|voxels| !is_known(voxels))
+            .map(|voxels| Object::of(&voxels, voxel_edge_m))
+            .collect();
+        for cycle in self.cycles.iter_mut().rev() {
+            if new.iter().all(Object::has_ended) {
+                break;
             }
-            let mut object = Object::of(&voxels, voxel_edge_m);
-            for cycle in self.cycles.iter_mut().rev() {
-                let Some(of_it) = object.step_back(cycle, voxel_edge_m) else { break };
-                for index in of_it.into_iter().rev() {
-                    let in_map_m = cycle.swap_remove(index).in_map_m.cast();
-                    self.of_found.push(PointOfFound { in_map_m, cycles: 0 });
-                }
+            // Made once for all objects: noise in voxels far below the thesis' edge looks like hundreds.
+            let voxels: Vec<VoxelKey> = cycle.iter().map(|point| point.voxel).collect();
+            let classes = vec![PointClass::Unknown; cycle.len()];
+            let candidates = Candidates::new(&classes, &voxels);
+            let mut is_taken = vec![false; cycle.len()];
+            for object in new.iter_mut().filter(|object| !object.has_ended()) {
+                object.step_back(cycle, &candidates, &mut is_taken, voxel_edge_m);
             }
+            let mut index = 0..;
+            cycle.retain(|_| index.next().is_some_and(|index: usize| !is_taken[index]));
         }
+        self.of_found.extend(new.into_iter().flat_map(|object| object.found));
         let is_gone = |point: &mut PointOfFound| {
             let sight = view.sight(&point.in_map_m, voxel_edge_m);
             matches!(sight, Sight::OutOfView | Sight::ReturnsBehind)
@@ -102,11 +112,13 @@ impl EarlierCycles {
 
 /// An object on its way back.
 struct Object {
-    /// The voxels that it may have had a cycle before.
+    /// The voxels that it may have had a cycle before; none once it had no points in a cycle.
     around: Voxels,
     middle_m: Point2<f64>,
     /// From its middle to what belongs to it, at most: as when it was found.
     reach_m: f64,
+    /// Its points in the cycles so far.
+    found: Vec<PointOfFound>,
 }
 
 impl Object {
@@ -117,29 +129,50 @@ impl Object {
         let middle_m = middle_of(voxels.iter().map(place_m));
         let farthest_m =
             voxels.iter().map(|voxel| (place_m(voxel) - middle_m).norm()).fold(0.0, f64::max);
-        Self { around: widened(voxels.iter()), middle_m, reach_m: farthest_m + voxel_edge_m }
+        Self {
+            around: widened(voxels.iter()),
+            middle_m,
+            reach_m: farthest_m + voxel_edge_m,
+            found: Vec::new(),
+        }
     }
 
-    /// Goes back by a cycle. Returns the indices of its points there, ascending: those at its place, and what is connected to them and
-    /// no farther from their middle than it is wide; `None` where there are none.
-    fn step_back(&mut self, cycle: &[StaticPoint], voxel_edge_m: f64) -> Option<Vec<usize>> {
+    /// Whether there is nothing of it before.
+    fn has_ended(&self) -> bool {
+        self.around.is_empty()
+    }
+
+    /// Goes back by a cycle. Takes its points there: those at its place, and what is connected to them and no farther from their middle
+    /// than it is wide. `candidates` are all points of the cycle; those that are taken already are another object's.
+    fn step_back(
+        &mut self,
+        cycle: &[StaticPoint],
+        candidates: &Candidates<'_>,
+        is_taken: &mut [bool],
+        voxel_edge_m: f64,
+    ) {
         let place_m = |index: usize| cycle[index].in_map_m.xy().cast::<f64>();
         let step_m = f64::from(STEPS_A_CYCLE) * voxel_edge_m;
         let is_at_place = |index: &usize| {
-            self.around.contains(&cycle[*index].voxel)
-                && (place_m(*index) - self.middle_m).norm() <= self.reach_m + step_m
+            !is_taken[*index] && (place_m(*index) - self.middle_m).norm() <= self.reach_m + step_m
         };
-        let seeds: Vec<usize> = (0..cycle.len()).filter(is_at_place).collect();
+        let around = self.around.iter().flat_map(|voxel| candidates.in_voxel(voxel));
+        let mut seeds: Vec<usize> = around.filter(is_at_place).collect();
+        seeds.sort_unstable();
         self.middle_m = middle_of(seeds.iter().map(|&seed| place_m(seed)));
-        let is_of_it = |index: usize| (place_m(index) - self.middle_m).norm() <= self.reach_m;
-        let seeds: Vec<usize> = seeds.into_iter().filter(|&seed| is_of_it(seed)).collect();
-        let voxels: Vec<VoxelKey> = cycle.iter().map(|point| point.voxel).collect();
-        let classes = vec![PointClass::Unknown; cycle.len()];
-        let groups = Candidates::new(&classes, &voxels).grown_from(&seeds, is_of_it);
+        let is_of_it = |index: usize| {
+            !is_taken[index] && (place_m(index) - self.middle_m).norm() <= self.reach_m
+        };
+        seeds.retain(|&seed| is_of_it(seed));
+        let groups = candidates.grown_from(&seeds, is_of_it);
         let mut points: Vec<usize> = groups.into_iter().flatten().collect();
         points.sort_unstable();
-        self.around = widened(points.iter().map(|&point| &voxels[point]));
-        (!points.is_empty()).then_some(points)
+        self.around = widened(points.iter().map(|&point| &cycle[point].voxel));
+        for point in points.into_iter().rev() {
+            is_taken[point] = true;
+            let in_map_m = cycle[point].in_map_m.cast();
+            self.found.push(PointOfFound { in_map_m, cycles: 0 });
+        }
     }
 }
 

@@ -73,6 +73,13 @@ impl<'a> Candidates<'a> {
         Self { classes, voxels, by_voxel }
     }
 
+    /// The candidates in a voxel.
+    pub fn in_voxel(&self, voxel: &VoxelKey) -> impl Iterator<Item = usize> {
+        let first = self.by_voxel.partition_point(|(other, _)| other < voxel);
+        let of_it = self.by_voxel[first..].iter().take_while(move |(other, _)| other == voxel);
+        of_it.map(|(_, index)| *index)
+    }
+
     /// The connected groups of candidates that hold a seed: each in ascending order of the points, the
     /// groups by their first seed. Growth enters only points that `may_take` accepts; seeds are taken
     /// whatever it says.

@@ -48,6 +48,7 @@ mod merged_maps;
 mod mesh_files;
 mod mounting;
 mod network;
+mod overload;
 mod pipeline_settings;
 mod recorded_graph;
 mod restarted_map;

@@ -60,6 +60,15 @@ impl Running {
         Self::spawn(program.args(arguments).env(variable, value))
     }
 
+    /// The same, with its log in a file.
+    pub(crate) fn start_with_log<A: AsRef<OsStr>>(
+        log: &Path,
+        arguments: impl IntoIterator<Item = A>,
+    ) -> Self {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        Self::spawn(program.args(arguments).stderr(std::fs::File::create(log).unwrap()))
+    }
+
     /// The same on a DDS domain.
     pub(crate) fn start_on<A: AsRef<OsStr>>(
         domain_id: u16,

@@ -69,6 +69,11 @@ impl Mounts {
         Ok(Some(known))
     }
 
+    /// Whether tf has the mounts.
+    pub(super) fn are_known(&self, tree: &TransformTree, frames: SensorFrames<'_>) -> bool {
+        self.lookup(tree, frames).is_ok()
+    }
+
     /// Notes that these mounts are in use.
     pub(super) fn set_in_use(&mut self, mounts: &RigMounts, frames: SensorFrames<'_>) {
         self.in_use = Some(*mounts);

@@ -15,6 +15,9 @@ use crate::Detected;
 /// Cycles that a subscriber may be behind without losing one: seven seconds of the RPLIDAR A1.
 const CYCLES_KEPT: usize = 50;
 
+/// What makes a cycle take less time.
+const REMEDY: &str = "raise the pipeline's voxel_edge_m, or let the camera send smaller images";
+
 /// Reports of views that a subscriber may be behind.
 const VIEWS_KEPT: usize = 100;
 
@@ -42,8 +45,14 @@ impl Output {
         })
     }
 
-    /// Publishes a cycle, and reports it.
-    pub(super) fn publish(&mut self, detected: Detected, inputs: &Inputs, timer: &mut StepTimer) {
+    /// Publishes a cycle, and reports it; so many were dropped for newer ones so far.
+    pub(super) fn publish(
+        &mut self,
+        detected: Detected,
+        inputs: &Inputs,
+        timer: &mut StepTimer,
+        superseded: u64,
+    ) {
         let Detected { cycle, statistics } = detected;
         let cycle = Arc::new(cycle);
         self.next_cycle = cycle.index.wrapping_add(1);
@@ -64,6 +73,12 @@ impl Output {
         ]);
         let header = self.header(cycle.reduced_cloud.stamp);
         self.reporter.processed(header, cycle.index, &counts, timer);
+        self.reporter.keeps_pace(superseded, timer, REMEDY);
+    }
+
+    /// Reports a cycle that was dropped for newer ones.
+    pub(super) fn superseded(&self, scan_stamp: Stamp, inputs: &Inputs) {
+        self.reporter.superseded(self.header(scan_stamp), self.next_cycle, &inputs.counts());
     }
 
     /// Reports a dropped scan.

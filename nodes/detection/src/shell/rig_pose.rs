@@ -72,6 +72,11 @@ impl TfPose {
         })
     }
 
+    /// Whether tf has the pose of a moment.
+    pub(super) fn is_known(&self, tree: &TransformTree, stamp: Stamp) -> bool {
+        tree.lookup(&self.map_frame_id, &self.rig_frame_id, stamp).is_ok()
+    }
+
     /// The pose of a moment.
     ///
     /// # Errors

@@ -1,6 +1,8 @@
 //! The core with its topics: every message that arrives ends in a cycle, a drop that is reported, or a
 //! warning.
 
+mod waiting;
+
 use calibration::DepthOptics;
 use geometry::{CameraModel, Scan, Stamp, StampedPose};
 use msgs::convert;
@@ -8,11 +10,11 @@ use node_shell::{
     Counters, GrantedBuffer, Node, NodeFailure, Panicked, StepTimer, Throttle, TransformWait,
 };
 
+use super::backlog::Backlog;
 use super::camera::Camera;
 use super::colour::{Colours, NoColours};
 use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, PoseMessage, ViewMessage};
-use super::mounts::SensorFrames;
 use super::output::Output;
 use super::rendering::RenderingReport;
 use super::rig_pose::{UnusablePoseMessage, pose_of_message};
@@ -21,8 +23,9 @@ use super::{DetectionParameters, PoseInput};
 use crate::{
     CycleInput, Detected, Detector, Dropped, Input, MatchEvent, Matched, Matcher, PoseJump, View,
 };
+use waiting::frames_of;
 
-/// The cause of a drop of a message that drops no scan; the topic's name follows.
+/// The cause of a drop of a message that drops no scan; the topic's name follows, and for a calibration `: ` and the reason.
 pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
 
 /// The core with its topics.
@@ -31,6 +34,8 @@ pub struct Stage {
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Camera,
+    /// Why its first calibration of those that cannot be used is none.
+    camera_refused: Option<String>,
     extrinsics: Option<ExtrinsicsCheck>,
     /// None where the cycles have no colours.
     colours: Option<Colours>,
@@ -38,6 +43,10 @@ pub struct Stage {
     transforms: Option<Transforms>,
     /// Matched cycles that wait for their transforms.
     unlocated: TransformWait<Matched<Scan, ViewMessage>>,
+    /// The first of these that lack nothing, where the newest cycles count; none where each does, which is processed at once.
+    backlog: Option<Backlog>,
+    /// Whether something has come since the first of them lacked something.
+    may_go_on: bool,
     rendering: RenderingReport,
     output: Output,
     counters: Counters,
@@ -56,6 +65,7 @@ impl Stage {
         let detector = Detector::new(config.clone())?;
         Ok(Self {
             camera: Camera::new(parameters, &detector, node.counters())?,
+            camera_refused: None,
             detector,
             matcher: match parameters.pose_source {
                 PoseInput::Tf => Matcher::without_poses(config),
@@ -65,6 +75,8 @@ impl Stage {
             colours: Colours::new(parameters, node.takes_every_cycle(), node.counters()),
             transforms: Transforms::new(node, parameters)?,
             unlocated: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
+            backlog: node.max_waiting_cycles().map(Backlog::new),
+            may_go_on: false,
             rendering: RenderingReport::new(node.counters(), Throttle::for_warnings()),
             output: Output::new(node, &config.pipeline.rig.rig_frame_id)?,
             counters: node.counters(),
@@ -120,6 +132,7 @@ impl Stage {
     }
 
     pub(super) fn take(&mut self, arrival: Arrival) {
+        self.may_go_on = true;
         let events = match arrival {
             Arrival::Scan(message) => match convert::scan_from_message(&message) {
                 Ok(scan) => self.matcher.push_scan(scan.stamp, scan),
@@ -134,7 +147,7 @@ impl Stage {
             },
             Arrival::CameraInfo(message) => match convert::camera_from_message(&message) {
                 Ok(camera) => return self.take_camera(camera),
-                Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
+                Err(error) => return self.refuse_camera(error.to_string()),
             },
             Arrival::View(message) => {
                 self.output.view_taken(message.stamp());
@@ -148,7 +161,7 @@ impl Stage {
                 if let Some(colours) = &mut self.colours {
                     colours.take(message);
                 }
-                return self.process_matched();
+                return self.something_came();
             }
             Arrival::ColourInfo(message) => {
                 let taken = self.colours.as_mut().map(|colours| colours.take_camera(&message));
@@ -162,7 +175,7 @@ impl Stage {
                 if let Some(known) = &mut self.transforms {
                     known.take(&transforms);
                 }
-                return self.process_matched();
+                return self.something_came();
             }
         };
         self.handle(events);
@@ -178,7 +191,7 @@ impl Stage {
         match self.camera.take(camera, &self.detector) {
             Ok(true) => {}
             Ok(false) => return,
-            Err(error) => return self.refuse(Input::Cloud, &error.to_string()),
+            Err(error) => return self.refuse_camera(error.to_string()),
         }
         if self.inputs.has_raw_images() {
             // A depth image has at least two bytes a pixel.
@@ -210,14 +223,14 @@ impl Stage {
     /// are published once.
     pub(super) fn reset(&mut self) {
         self.matcher.flush();
-        self.unlocated.start_anew();
+        self.start_anew();
         self.camera.reset();
         self.forget();
     }
 
     /// Forgets the observations of earlier cycles, and drops cycles that wait for a transform of the time before.
     fn forget(&mut self) {
-        for matched in self.unlocated.start_anew() {
+        for matched in self.start_anew() {
             let reason = "the time jumped back before its transform was received";
             self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, reason);
         }
@@ -237,7 +250,7 @@ impl Stage {
     pub fn give_up_waiting(&mut self) {
         let events = self.matcher.flush();
         self.handle(events);
-        while let Some((_, matched)) = self.unlocated.pop() {
+        while let Some((_, matched)) = self.pop() {
             match self.locate(&matched) {
                 Ok(pose) => self.cycle(&matched, &pose),
                 Err(error) => self.drop_unlocated(&matched, error.as_ref()),
@@ -246,11 +259,18 @@ impl Stage {
     }
 
     fn handle(&mut self, events: Vec<MatchEvent<Scan, ViewMessage>>) {
+        self.handle_each(events);
+        self.drop_superseded();
+    }
+
+    fn handle_each(&mut self, events: Vec<MatchEvent<Scan, ViewMessage>>) {
         for event in events {
             match event {
                 MatchEvent::Matched(matched) => {
                     self.unlocated.push(matched.scan_stamp, matched);
-                    self.process_matched();
+                    if self.backlog.is_none() {
+                        self.process_matched();
+                    }
                 }
                 MatchEvent::Dropped(dropped) => {
                     let topics = self.missing_topics(&dropped);
@@ -293,36 +313,6 @@ impl Stage {
         }
     }
 
-    /// Processes the matched cycles that have their transforms and their colours, in order. The others wait for a while;
-    /// transforms and colour images may be late.
-    fn process_matched(&mut self) {
-        while let Some((stamp, matched)) = self.unlocated.pop() {
-            let is_last = self.unlocated.is_empty();
-            match self.locate(&matched) {
-                Ok(pose) if self.awaits_colour(&matched, is_last) => {
-                    match self.unlocated.wait_on(stamp, matched) {
-                        Ok(()) => return,
-                        Err(matched) => self.cycle(&matched, &pose),
-                    }
-                }
-                Ok(pose) => self.cycle(&matched, &pose),
-                Err(error) => match self.unlocated.wait_on(stamp, matched) {
-                    Ok(()) => return,
-                    Err(matched) => self.drop_unlocated(&matched, error.as_ref()),
-                },
-            }
-        }
-    }
-
-    fn awaits_colour(&mut self, matched: &Matched<Scan, ViewMessage>, is_last: bool) -> bool {
-        let colours = self.colours.as_mut();
-        colours.is_some_and(|colours| colours.is_awaited(matched.cloud_stamp, is_last))
-    }
-
-    fn drop_unlocated(&self, matched: &Matched<Scan, ViewMessage>, error: &dyn std::error::Error) {
-        self.drop_scan(matched.scan_stamp, WAITING_FOR_TRANSFORM, &error.to_string());
-    }
-
     fn cycle(&mut self, matched: &Matched<Scan, ViewMessage>, pose: &StampedPose) {
         let mut timer = StepTimer::start();
         match node_shell::caught(|| self.detect(matched, pose, &mut timer)) {
@@ -331,7 +321,8 @@ impl Stage {
                 if let Some(jump) = detected.statistics.pose_jump {
                     self.report_jump(jump);
                 }
-                self.output.publish(detected, &self.inputs, &mut timer);
+                let superseded = self.backlog.as_ref().map_or(0, Backlog::dropped);
+                self.output.publish(detected, &self.inputs, &mut timer, superseded);
             }
             Ok(Err(error)) => {
                 let reason = format!("{}: {error}", self.inputs.view_topic());
@@ -349,11 +340,7 @@ impl Stage {
     fn locate(&mut self, matched: &Matched<Scan, ViewMessage>) -> Result<StampedPose, NodeFailure> {
         let mut by_tf = None;
         if let Some(transforms) = &mut self.transforms {
-            let frames = SensorFrames {
-                lidar: &matched.scan.frame_id,
-                camera: matched.cloud.frame_id(),
-                stamp: matched.cloud_stamp,
-            };
+            let frames = frames_of(matched);
             if let Some(mounts) = transforms.changed_mounts(frames)? {
                 self.detector.mount(&mounts)?;
                 self.camera.mount(&self.detector)?;
@@ -463,6 +450,15 @@ impl Stage {
         self.output.dropped(scan_stamp, (cause, reason), &self.inputs);
     }
 
+    /// Counts a calibration that cannot be used, with the first reason: those of a camera have all the same.
+    fn refuse_camera(&mut self, reason: String) {
+        let topic = self.inputs.camera_info_topic().unwrap_or_default();
+        let is_the_first = *self.camera_refused.get_or_insert_with(|| reason.clone()) == reason;
+        let with_reason = is_the_first.then(|| format!(": {reason}")).unwrap_or_default();
+        self.counters.count_drop(&format!("{UNUSABLE_MESSAGE_ON}{topic}{with_reason}"));
+        self.warn_of(topic, &reason);
+    }
+
     /// Counts an unusable message, and logs it at intervals.
     fn refuse(&self, input: Input, reason: &str) {
         self.refuse_on(self.inputs.topic(input), reason);
@@ -470,6 +466,10 @@ impl Stage {
 
     fn refuse_on(&self, topic: &str, reason: &str) {
         self.counters.count_drop(&format!("{UNUSABLE_MESSAGE_ON}{topic}"));
+        self.warn_of(topic, reason);
+    }
+
+    fn warn_of(&self, topic: &str, reason: &str) {
         if let Some(held_back) = self.bad_input.pass() {
             tracing::warn!("{topic}: {reason} ({held_back} more since the last warning)");
         }

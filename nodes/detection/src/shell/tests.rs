@@ -1,3 +1,4 @@
+mod behind;
 mod colours;
 mod rendering;
 mod transforms;
@@ -39,6 +40,14 @@ fn node(name: &str, test: &str) -> Node {
 const OF_A_RECORDING: usize = 50;
 /// ... and where the newest does.
 const LIVE: usize = 2;
+
+/// Takes what has come, and processes the cycles that it completes.
+fn process(stage: &mut Stage) {
+    stage.take_waiting();
+    while stage.may_go_on() {
+        stage.process_next();
+    }
+}
 
 async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
     match tokio::time::timeout(PATIENCE, wait).await {

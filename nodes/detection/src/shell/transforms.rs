@@ -61,6 +61,13 @@ impl Transforms {
         self.listener.forget_timed();
     }
 
+    /// Whether tf has all that is needed of it for a cycle.
+    pub(super) fn has_all(&self, frames: SensorFrames<'_>) -> bool {
+        let tree = self.listener.tree();
+        self.mounts.as_ref().is_none_or(|mounts| mounts.are_known(tree, frames))
+            && self.pose.as_ref().is_none_or(|pose| pose.is_known(tree, frames.stamp))
+    }
+
     /// [`Mounts::changed`].
     ///
     /// # Errors

@@ -19,6 +19,7 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt;
 
+use super::status_line::LogLines;
 pub use outputs::LogOutputs;
 pub(crate) use rosout_lines::NodeLines;
 use rosout_lines::RosoutLayer;
@@ -84,7 +85,7 @@ pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
     let format = || RosFormat { logger: logger.to_owned() };
     let lines = outputs.stderr.then(|| {
         tracing_subscriber::fmt::layer()
-            .with_writer(std::io::stderr)
+            .with_writer(|| LogLines)
             .with_ansi(outputs::has_colours(std::io::stderr().is_terminal()))
             .event_format(format())
     });

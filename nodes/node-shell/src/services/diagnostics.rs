@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use msgs::std_msgs::Header;
+use tokio::sync::watch;
 use tokio::time::Instant;
 
 use findings::{Findings, Silent, missing, silent};
@@ -37,6 +38,8 @@ pub(crate) struct Diagnostics {
     pub(crate) clock: NodeClock,
     pub(crate) life: Life,
     pub(crate) health: Arc<ReceiveHealth>,
+    /// Gets each report, too.
+    pub(crate) last: watch::Sender<Option<Arc<DiagnosticStatus>>>,
 }
 
 impl Diagnostics {
@@ -64,7 +67,12 @@ impl Diagnostics {
                 datagrams_dropped,
                 warnings: snapshot.warnings.clone(),
             };
-            let message = self.report(&matches, &findings, &snapshot, (&last.1, reported - last.0));
+            let status = self.report(&matches, &findings, &snapshot, (&last.1, reported - last.0));
+            self.last.send_replace(Some(Arc::new(status.clone())));
+            let message = DiagnosticArray {
+                header: Header { stamp: self.clock.now(), frame_id: String::new() },
+                status: vec![status],
+            };
             if let Err(error) = self.publisher.publish(message) {
                 tracing::debug!("diagnostics: {error}");
             }
@@ -97,7 +105,7 @@ impl Diagnostics {
         findings: &Findings<'_>,
         now: &Snapshot,
         (before, elapsed): (&Snapshot, Duration),
-    ) -> DiagnosticArray {
+    ) -> DiagnosticStatus {
         let dropped = now.drops.saturating_sub(before.drops);
         let (level, message) = findings.summary(dropped);
         let state = self.life.state().map(|state| pair("state", state.label().to_owned()));
@@ -130,15 +138,12 @@ impl Diagnostics {
             }
             values.push(pair("cycles per second", rate(now.cycles, Some(&before.cycles))));
         }
-        DiagnosticArray {
-            header: Header { stamp: self.clock.now(), frame_id: String::new() },
-            status: vec![DiagnosticStatus {
-                level,
-                name: self.node_name.clone(),
-                message,
-                hardware_id: String::new(),
-                values,
-            }],
+        DiagnosticStatus {
+            level,
+            name: self.node_name.clone(),
+            message,
+            hardware_id: String::new(),
+            values,
         }
     }
 

@@ -43,6 +43,7 @@ impl Node {
             graph: self.graph().clone(),
             counters: self.counters(),
             clock: self.clock(),
+            last: self.report_sender(),
         };
         network.spawn(|stop| diagnostics.run(stop));
         Ok(())

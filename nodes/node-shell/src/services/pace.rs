@@ -14,6 +14,11 @@ pub(super) struct Pace {
 }
 
 impl Pace {
+    /// How many were dropped for newer ones by the last note.
+    pub(super) fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
     /// Notes, after a cycle with these steps, how many were dropped for newer ones so far. Returns what is wrong.
     pub(super) fn note(
         &mut self,
@@ -32,11 +37,11 @@ impl Pace {
         }
         self.cycles_since?;
         let (step, longest) = steps.iter().max_by_key(|(_, duration)| *duration)?;
+        let (dropped, milliseconds) = (self.dropped, longest.as_secs_f64() * 1e3);
+        let cycles = if dropped == 1 { "cycle was" } else { "cycles were" };
         Some(format!(
-            "too slow for its input: {} cycles were dropped for newer ones so far; the step `{step}` took {:.0} ms of the last one: \
-             {remedy}",
-            self.dropped,
-            longest.as_secs_f64() * 1e3
+            "too slow for its input: {dropped} {cycles} dropped for newer ones so far; the step `{step}` took {milliseconds:.0} ms of \
+             the last one: {remedy}"
         ))
     }
 }

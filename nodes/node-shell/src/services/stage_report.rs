@@ -19,6 +19,8 @@ use crate::wire::error::ShellError;
 
 /// The topic of the reports.
 const TOPIC: &str = "~/report";
+/// The cause of the drop of a cycle that is older than those that wait.
+const SUPERSEDED: &str = "newer cycles wait";
 /// Reports that a late reader may still get.
 const DEPTH: usize = 100;
 
@@ -78,9 +80,11 @@ impl StageReporter {
     /// cannot keep up: the log and `/diagnostics` say which step takes longest and what helps, `remedy`.
     pub fn keeps_pace(&self, dropped: u64, timer: &StepTimer, remedy: &str) {
         let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_news = dropped > pace.dropped();
         let text = pace.note(dropped, timer.steps(), remedy);
         self.counters.note_condition("pace", text.as_deref().unwrap_or("keeps up"), text.is_some());
         if let Some(text) = text
+            && is_news
             && let Some(held_back) = self.behind.pass()
         {
             tracing::warn!("{text} ({held_back} more since the last warning)");
@@ -97,12 +101,27 @@ impl StageReporter {
         (cause, reason): (&str, &str),
         counts: &[(&'static str, u64)],
     ) {
-        self.counters.count_drop(cause);
         if let Some(held_back) = self.dropped.pass() {
             tracing::warn!(
                 "a cycle was dropped ({held_back} more since the last warning): {reason}"
             );
         }
+        self.report_drop(header, cycle, (cause, reason), counts);
+    }
+
+    /// Reports a cycle that was dropped for newer ones. [`Self::keeps_pace`] warns of it after the next cycle, with what helps.
+    pub fn superseded(&self, header: Header, cycle: u32, counts: &[(&'static str, u64)]) {
+        self.report_drop(header, cycle, (SUPERSEDED, SUPERSEDED), counts);
+    }
+
+    fn report_drop(
+        &self,
+        header: Header,
+        cycle: u32,
+        (cause, reason): (&str, &str),
+        counts: &[(&'static str, u64)],
+    ) {
+        self.counters.count_drop(cause);
         let mut report = self.report(header, cycle, counts);
         report.drop_reason = reason.to_owned();
         self.publisher.publish_or_warn(report);

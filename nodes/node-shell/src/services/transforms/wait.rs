@@ -45,6 +45,11 @@ impl<T> TransformWait<T> {
         Ok(())
     }
 
+    /// What waits, in its order.
+    pub fn iter(&self) -> impl Iterator<Item = &T> {
+        self.waiting.iter().map(|(_, data)| data)
+    }
+
     /// Whether anything waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {

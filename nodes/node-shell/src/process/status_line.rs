@@ -1,0 +1,88 @@
+//! A line at the foot of the terminal that says how things are: it is overwritten, and the lines of the log go above it.
+
+use std::io::{self, IsTerminal, Write};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Back to the first column, and the line is empty.
+const EMPTIED: &str = "\r\x1b[K";
+
+/// What is longer than the terminal is wide is cut off, not continued on a line that would stay ...
+const NO_WRAP: &str = "\x1b[?7l";
+/// ... and what comes after it is not.
+const WRAP: &str = "\x1b[?7h";
+
+/// What stands at the foot now. The terminal is the process', and so is this.
+static SHOWN: Mutex<String> = Mutex::new(String::new());
+
+/// The line at the foot of the terminal, as long as this lives.
+#[derive(Debug)]
+pub struct StatusLine {
+    _private: (),
+}
+
+impl StatusLine {
+    /// `None` where stderr is no terminal: what is overwritten there would be one line after the other.
+    #[must_use]
+    pub fn on_terminal() -> Option<Self> {
+        io::stderr().is_terminal().then(|| Self { _private: () })
+    }
+
+    /// Shows a text, in place of the one before.
+    pub fn show(&self, text: &str) {
+        let mut shown = shown();
+        text.clone_into(&mut shown);
+        // A terminal that is closed shows nothing.
+        let _written = write(&mut io::stderr(), b"", &shown);
+    }
+}
+
+impl Drop for StatusLine {
+    fn drop(&mut self) {
+        self.show("");
+    }
+}
+
+/// Stderr for the lines of the log.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LogLines;
+
+impl Write for LogLines {
+    fn write(&mut self, lines: &[u8]) -> io::Result<usize> {
+        let shown = shown();
+        if shown.is_empty() {
+            return io::stderr().write(lines);
+        }
+        write(&mut io::stderr(), lines, &shown).map(|()| lines.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+fn shown() -> MutexGuard<'static, String> {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Whole lines of the log, and the line at the foot below them.
+fn write(to: &mut impl Write, lines: &[u8], foot: &str) -> io::Result<()> {
+    let foot = if foot.is_empty() { String::new() } else { format!("{NO_WRAP}{foot}{WRAP}") };
+    to.write_all(&[EMPTIED.as_bytes(), lines, foot.as_bytes()].concat())?;
+    to.flush()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_log_goes_above_the_line() {
+        let mut terminal = Vec::new();
+        write(&mut terminal, b"", "7 cycles").unwrap();
+        write(&mut terminal, b"[INFO]: saved\n", "7 cycles").unwrap();
+        write(&mut terminal, b"", "").unwrap();
+        let foot = format!("{NO_WRAP}7 cycles{WRAP}");
+        let expected = format!("{EMPTIED}{foot}{EMPTIED}[INFO]: saved\n{foot}{EMPTIED}");
+        assert_eq!(String::from_utf8(terminal).unwrap(), expected);
+    }
+}

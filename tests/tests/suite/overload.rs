@@ -1,0 +1,143 @@
+//! A suite whose input comes faster than any machine can process it.
+
+use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+use msgs::convert;
+use msgs::stillmap_msgs::StageReport;
+use node_shell::{Node, Qos, Received, RosArguments, Subscription};
+use rustix::process::Signal;
+use tokio::time::timeout;
+
+use crate::bags::{pose, scan};
+use crate::program::Running;
+
+/// Longer than anything here takes on a busy machine; reached only by a fault.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// A hundred scans a second, each with its image: where a cycle with voxels of a centimetre takes 0.3 s, ten machines as fast are too
+/// slow.
+const PERIOD: Duration = Duration::from_millis(10);
+/// Voxels of a centimetre in all that is seen, and a map of 5 mm: what a cycle costs is bounded by `max_evidence_blocks`.
+const TOO_FINE: [&str; 4] = ["-p", "voxel_edge_m:=0.01", "-p", "map_edge_m:=0.005"];
+/// Cycles that may wait before a node.
+const MOST_WAITING: usize = 2;
+/// Cycles of the slow stage that are looked at.
+const CYCLES: usize = 5;
+
+const SIZE_PX: (usize, usize) = (160, 120);
+const CAMERA_FRAME: &str = "camera_depth_optical_frame";
+
+/// A report, and when it was sent.
+struct Sent {
+    stamp: Stamp,
+    sent: Stamp,
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_published_is_new_the_log_says_what_helps_and_the_end_is_not_held_up() {
+    let folder = tempfile::tempdir().unwrap();
+    let (map, log) = (folder.path().join("map.ply"), folder.path().join("log.txt"));
+    let rule = format!("__ns:=/overload_{}", std::process::id());
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+    let robot = Node::start("robot", &arguments).unwrap();
+    let [detected, segmented, mapped] = ["detection", "segmentation", "reconstruction"]
+        .map(|stage| robot.subscription(&format!("{stage}/report"), &Qos::reliable(500)).unwrap());
+    let map_file = format!("reconstruction:map_file:={}", map.display());
+    let line = ["up", "--ros-args", "-r", &rule, "-p", &map_file];
+    let up = Running::start_with_log(&log, line.iter().chain(&TOO_FINE));
+
+    let [mut detected_cycles, mut segmented_cycles, mut mapped_cycles] =
+        [const { Vec::<Sent>::new() }; 3];
+    let heard = async {
+        // The suite has mapped, too.
+        let enough = async {
+            while segmented_cycles.len() < CYCLES || mapped_cycles.is_empty() {
+                tokio::select! {
+                    report = segmented.next() => segmented_cycles.extend(processed(&report)),
+                    report = mapped.next() => mapped_cycles.extend(processed(&report)),
+                }
+            }
+        };
+        tokio::select! {
+            () = send_cycles(&robot) => {}
+            () = take(&detected, &mut detected_cycles) => {}
+            () = enough => {}
+        }
+    };
+    let heard = timeout(PATIENCE, heard).await;
+    assert!(heard.is_ok(), "{} cycles in {PATIENCE:?}", segmented_cycles.len());
+    let ended = tokio::task::spawn_blocking(move || up.end(Signal::TERM));
+    let ended = timeout(PATIENCE, ended).await.expect("the suite does not end").unwrap();
+    assert!(ended.success(), "{ended}");
+    assert!(geometry::ply::decode(&std::fs::read(&map).unwrap()).unwrap().len() > 100);
+
+    for (before, taken) in segmented_cycles.iter().zip(&segmented_cycles[1..]) {
+        // The stage takes a cycle when it has done the one before.
+        let newer =
+            detected_cycles.iter().filter(|one| one.stamp > taken.stamp && one.sent < before.sent);
+        let newer = newer.count();
+        assert!(newer <= MOST_WAITING, "{newer} newer cycles waited when one was taken");
+    }
+    let first = &segmented_cycles[0];
+    let last = &segmented_cycles[CYCLES - 1];
+    let passed =
+        detected_cycles.iter().filter(|one| first.stamp < one.stamp && one.stamp <= last.stamp);
+    assert!(passed.count() > CYCLES, "nothing was dropped: the input is no overload");
+    says_what_helps(&log);
+    drop((detected, segmented, mapped));
+    robot.close().await;
+}
+
+fn says_what_helps(log: &Path) {
+    let log = std::fs::read_to_string(log).unwrap();
+    let mut lines = log.lines().filter(|line| line.contains("[segmentation]"));
+    let line = lines.find(|line| line.contains("too slow for its input"));
+    let line = line.unwrap_or_else(|| panic!("{log}"));
+    for part in ["dropped for newer ones", "the step `", "voxel_edge_m"] {
+        assert!(line.contains(part), "{line}");
+    }
+}
+
+async fn take(reports: &Subscription<StageReport>, taken: &mut Vec<Sent>) {
+    loop {
+        taken.extend(processed(&reports.next().await));
+    }
+}
+
+fn processed(report: &Received<StageReport>) -> Option<Sent> {
+    let stamp = convert::stamp_from_time(report.message.header.stamp);
+    let sent = report.sent.expect("DDS says when");
+    report.message.processed.then_some(Sent { stamp, sent })
+}
+
+/// Sends scans, images and poses without an end: a wall at 3 m.
+async fn send_cycles(robot: &Node) {
+    let qos = Qos::sensor(5);
+    let scans = robot.publisher("scan", &qos).unwrap();
+    let images = robot.publisher("depth/image", &qos).unwrap();
+    let infos = robot.publisher("depth/camera_info", &qos).unwrap();
+    let poses = robot.publisher("pose", &qos).unwrap();
+    let (width_px, height_px) = SIZE_PX;
+    let camera = CameraModel {
+        width_px,
+        height_px,
+        fx_px: 140.0,
+        fy_px: 140.0,
+        cx_px: 79.5,
+        cy_px: 59.5,
+        distortion: Distortion::None,
+    };
+    let mut time = tokio::time::interval(PERIOD);
+    loop {
+        time.tick().await;
+        let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
+        let stamp = Stamp::from_nanos(i64::try_from(since_1970.as_nanos()).unwrap());
+        let pixels = DepthPixels::Millimetres(vec![3000; width_px * height_px]);
+        let image = DepthImage::new(stamp, CAMERA_FRAME.to_owned(), SIZE_PX, pixels).unwrap();
+        infos.publish_or_warn(convert::message_from_camera(&camera, stamp, CAMERA_FRAME));
+        images.publish_or_warn(convert::message_from_depth(&image));
+        poses.publish_or_warn(pose(stamp));
+        scans.publish_or_warn(scan(stamp, 3.0));
+    }
+}
