@@ -2,6 +2,7 @@
 //! serialised; other processes receive them over DDS.
 
 mod detect;
+mod status;
 
 use std::collections::BTreeSet;
 use std::net::SocketAddr;
@@ -24,6 +25,7 @@ use tracing::Instrument;
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
 use crate::run::parameters::{check_agreement, check_map_edge};
+use crate::up::status::Status;
 use crate::{lidar, view, visual};
 
 /// Arguments of `stillmap up`.
@@ -276,6 +278,13 @@ impl Nodes {
     /// Serves until the process is to end, or until a node ends by itself: then the others end, too, since they need it.
     async fn serve(self) -> Result<Outcome, Failure> {
         let mut tasks = JoinSet::new();
+        let status = Status::of([
+            (Stage::Detection.name(), &self.detection.0),
+            (Stage::Segmentation.name(), &self.segmentation.0),
+            (Stage::Reconstruction.name(), &self.reconstruction.0),
+        ]);
+        let status = status.map_err(|error| Failure::new(error.to_string()))?;
+        let status = tokio::spawn(status.show(self.shutdown.clone()));
         let (node, parameters) = self.detection;
         let serve = async move {
             let result = detection::shell::serve(&node, parameters).await;
@@ -340,6 +349,7 @@ impl Nodes {
                 failure.get_or_insert(error);
             }
         }
+        let _ended = status.await;
         if let Some(view) = view {
             let _ended = view.await;
         }
