@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, Point3};
 use report::{DynamicScore, DynamicScoreRules, RunRecord};
 
 use robot::Failure;
-use robot::run::inputs::{Inputs, ViewTopics};
+use robot::run::inputs::{DepthImageError, Inputs, ViewTopics, depth_image};
 use robot::run::parameters::PipelineParameters;
 use robot::sensor_bag::{TRUE_EMPTY_SCENE, TRUE_OBJECT_NAMES};
 
@@ -61,6 +61,8 @@ pub(crate) enum TruthError {
     Bag(#[from] BagError),
     #[error(transparent)]
     Convert(#[from] ConvertError),
+    #[error(transparent)]
+    Depth(#[from] DepthImageError),
     #[error(transparent)]
     Camera(#[from] CameraModelError),
     #[error(transparent)]
@@ -163,7 +165,7 @@ impl TruthReader {
                 self.rays = Some((camera, RayTable::new(&camera)?));
             }
         } else if *message.topic == *self.topics.depth {
-            let depth = convert::depth_from_message(&message.decode::<Image>()?)?;
+            let depth = depth_image(message)?;
             let stamp = depth.stamp;
             if stamp >= from {
                 self.waiting.entry(stamp).or_default().depth = Some(depth);

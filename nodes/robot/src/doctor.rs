@@ -150,8 +150,9 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
     let mut findings = machine.findings(&buffer);
     findings.extend(view.findings(&machine, &buffer));
     // Where there is none, the findings say what is missing.
-    if let Ok(proposal) = Proposal::of(&view) {
-        let command = proposal.command(&[]);
+    if let Ok(proposal) = Proposal::of(&view)
+        && let Ok(command) = proposal.command(&[], ros)
+    {
         findings.push(Finding::ok(Check::Inputs, format!("for this graph: {command}")));
     }
     Ok(Report { findings, topics: view.listing(), tally: Tally::default() })

@@ -189,7 +189,9 @@ impl<'a> Job<'a> {
                 sensors.scans.publish(Arc::clone(&scan))?;
                 Ok(Some(Outgoing::Scan(scan)))
             }
-            ViewTopics::Depth { image, .. } if topic == image => {
+            ViewTopics::Depth { image, .. }
+                if topic == image && !self.inputs.view.is_compressed() =>
+            {
                 let image = Arc::new(message.decode::<Image>()?);
                 sensors.images.publish(Arc::clone(&image))?;
                 Ok(Some(Outgoing::Image(image)))
@@ -284,7 +286,8 @@ fn others(info: &BagInfo, inputs: &Inputs) -> Vec<String> {
             && topic.message_count > 0
             && !topic.topic.starts_with("/truth/")
             && topic.topic != inputs.scan
-            && !matches!(&inputs.view, ViewTopics::Depth { image, .. } if *image == topic.topic)
+            && !matches!(&inputs.view, ViewTopics::Depth { image, .. }
+                if *image == topic.topic && !inputs.view.is_compressed())
             && !matches!(&inputs.view, ViewTopics::Points(points) if *points == topic.topic)
     };
     info.topics.iter().filter(is_other).map(|topic| topic.topic.clone()).collect()

@@ -28,6 +28,7 @@ mod pose_numbers;
 mod processes;
 mod progress;
 mod rig;
+mod ros_words;
 pub mod run;
 pub mod sensor_bag;
 mod up;

@@ -52,7 +52,7 @@ pub(crate) fn messages_of<M: RosMessage>(bag: &Path, topic: &str) -> Vec<(Stamp,
 }
 
 /// The cloud of an image as a driver makes it: NaN where there is no depth.
-fn organised(image: &DepthImage, camera: &CameraModel) -> PointCloud2 {
+pub(crate) fn organised(image: &DepthImage, camera: &CameraModel) -> PointCloud2 {
     let (width, height) = (image.width_px(), image.height_px());
     let point_of = |index: usize| {
         let (column, row) = (index % width, index / width);

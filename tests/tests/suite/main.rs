@@ -20,6 +20,7 @@ mod sensors;
 mod codemap;
 mod config_files;
 mod documents;
+mod drivers;
 mod import;
 mod import_lidar;
 mod local_run;

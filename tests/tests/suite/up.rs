@@ -189,7 +189,7 @@ async fn the_topics_of_a_live_graph_are_found_and_the_suite_starts_with_them() {
         }
     }
     let command = format!(
-        "stillmap up --ros-args -r scan:={namespace}/laser/scan -r pose:={namespace}/amcl/pose \
+        "stillmap up --ros-args -r {rule} -r scan:={namespace}/laser/scan -r pose:={namespace}/amcl/pose \
          -r depth/image:={namespace}/front/depth/image_raw \
          -r depth/camera_info:={namespace}/front/depth/camera_info"
     );

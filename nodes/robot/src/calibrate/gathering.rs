@@ -5,11 +5,12 @@ use calibration::{Cycle, returns_of};
 use geometry::BeamOrder;
 use geometry::{CameraModel, DepthImage, Scan, Stamp};
 use msgs::convert;
-use msgs::sensor_msgs::{CameraInfo, Image};
+use msgs::sensor_msgs::CameraInfo;
 
 use super::choice::Chosen;
 use super::poses::{Poses, beam_stamp};
 use super::reader::{Topics, Turn, Turns, read_scan};
+use crate::run::inputs::depth_image;
 
 /// The chosen scans and the images nearest to the middle of their turns.
 pub(super) struct Gathering {
@@ -66,23 +67,16 @@ impl Gathering {
     }
 
     fn take_image(&mut self, message: &BagMessage) {
-        let Ok(message) = message.decode::<Image>() else {
+        let Ok(image) = depth_image(message) else {
             self.unusable += 1;
             return;
         };
-        let stamp = convert::stamp_from_time(message.header.stamp);
+        let stamp = image.stamp;
         let max_offset_s = self.max_offset_s;
         let is_better = |wanted: &Wanted| {
             let offset_s = wanted.offset_s(stamp);
             offset_s <= max_offset_s
                 && wanted.image.as_ref().is_none_or(|image| offset_s < wanted.offset_s(image.stamp))
-        };
-        if !self.wanted.iter().any(is_better) {
-            return;
-        }
-        let Ok(image) = convert::depth_from_message(&message) else {
-            self.unusable += 1;
-            return;
         };
         for wanted in self.wanted.iter_mut().filter(|wanted| is_better(wanted)) {
             wanted.image = Some(image.clone());

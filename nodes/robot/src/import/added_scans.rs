@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use bag_player::{BagInfo, BagMessage};
 use geometry::CameraModel;
-use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
+use msgs::sensor_msgs::{CameraInfo, LaserScan};
 use msgs::{RosMessage, cdr, convert};
 
 use super::scan_cut::{ScanCut, ScanCutArgs};
 use crate::failure::Failure;
-use crate::run::inputs::{ViewTopics, view_of};
+use crate::run::inputs::{ViewTopics, depth_image, view_of};
 use crate::sensor_bag::SCAN;
 
 /// Cuts a scan out of each depth image of a bag.
@@ -51,9 +51,7 @@ impl AddedScans {
         let Some(camera) = self.camera.filter(|_| *message.topic == *self.image) else {
             return Ok(None);
         };
-        let image = message.decode::<Image>().map_err(|error| failed(error.to_string()))?;
-        let image =
-            convert::depth_from_message(&image).map_err(|error| failed(error.to_string()))?;
+        let image = depth_image(message).map_err(|error| failed(error.to_string()))?;
         let Some(scan) = self.cut.scan(&image, &camera)? else { return Ok(None) };
         let scan: LaserScan = convert::message_from_scan(&scan);
         Ok(Some(BagMessage {

@@ -1,10 +1,12 @@
 //! Which topics of a bag the pipeline reads.
 
-use bag_player::BagInfo;
+use bag_player::{BagError, BagInfo, BagMessage};
 use clap::Args;
-use detection::shell::{DetectionParameters, PoseInput};
+use detection::shell::{CloudInput, DetectionParameters, PoseInput};
+use geometry::DepthImage;
 use msgs::RosMessage;
-use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
+use msgs::convert::{self, COMPRESSED_DEPTH_TOPIC, ConvertError};
+use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
 
 use super::colour_topics::ColourTopics;
@@ -21,7 +23,7 @@ pub struct TopicArgs {
     /// The LaserScan topic, where the bag has several
     #[arg(long, value_name = "TOPIC")]
     pub scan: Option<String>,
-    /// The depth image topic (16UC1 or 32FC1)
+    /// The depth image topic (16UC1 or 32FC1), or that of compressed ones (.../compressedDepth)
     #[arg(long, value_name = "TOPIC")]
     pub depth: Option<String>,
     /// The CameraInfo topic of the depth image
@@ -84,12 +86,18 @@ pub struct Inputs {
 pub(crate) const TF_STATIC: &str = "/tf_static";
 pub(crate) const TF: &str = "/tf";
 
+/// The scans of scanners that report several returns of a beam, which are not read.
+const MULTI_ECHO: &str = "sensor_msgs/msg/MultiEchoLaserScan";
+
+/// The name that detection knows compressed depth images by.
+const COMPRESSED: &str = "depth/image/compressedDepth";
+
 /// Where the points come from.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ViewTopics {
     /// A depth image and its calibration.
     Depth {
-        /// The topic of the images.
+        /// The topic of the images; one of compressed images has its usual name, see [`ViewTopics::is_compressed`].
         image: String,
         /// The topic of their calibration.
         camera_info: String,
@@ -105,12 +113,55 @@ impl ViewTopics {
     }
 
     /// The value of detection's parameter `input`.
-    pub(crate) fn kind(&self) -> &'static str {
+    pub(crate) fn input(&self) -> CloudInput {
         match self {
-            Self::Depth { .. } => "depth",
-            Self::Points(_) => "points",
+            Self::Depth { .. } if self.is_compressed() => CloudInput::CompressedDepth,
+            Self::Depth { .. } => CloudInput::Depth,
+            Self::Points(_) => CloudInput::Points,
         }
     }
+
+    /// The same as a text.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self.input() {
+            CloudInput::CompressedDepth => "compressed_depth",
+            CloudInput::Depth => "depth",
+            CloudInput::Points => "points",
+        }
+    }
+
+    /// Whether the depth images are compressed ones (`compressedDepth` of `image_transport`).
+    #[must_use]
+    pub fn is_compressed(&self) -> bool {
+        matches!(self, Self::Depth { image, .. } if raw_name(image).is_some())
+    }
+}
+
+/// The name of the raw images of a topic of compressed depth images; `None` of other topics.
+fn raw_name(topic: &str) -> Option<&str> {
+    topic.strip_suffix(COMPRESSED_DEPTH_TOPIC)?.strip_suffix('/')
+}
+
+/// A message is no depth image.
+#[derive(Debug, thiserror::Error)]
+pub enum DepthImageError {
+    /// It is damaged.
+    #[error(transparent)]
+    Message(#[from] BagError),
+    /// It cannot be used.
+    #[error(transparent)]
+    Image(#[from] ConvertError),
+}
+
+/// The depth image of a message of [`ViewTopics::Depth`], raw or compressed.
+///
+/// # Errors
+/// When it is damaged, or no depth image.
+pub fn depth_image(message: &BagMessage) -> Result<DepthImage, DepthImageError> {
+    Ok(match raw_name(&message.topic) {
+        Some(_) => convert::compressed_depth_from_message(&message.decode::<CompressedImage>()?)?,
+        None => convert::depth_from_message(&message.decode::<Image>()?)?,
+    })
 }
 
 impl Inputs {
@@ -183,7 +234,8 @@ impl Inputs {
         }
         match &self.view {
             ViewTopics::Depth { image, camera_info } => {
-                topics.push(("depth/image", image));
+                let is_compressed = self.view.is_compressed();
+                topics.push((if is_compressed { COMPRESSED } else { "depth/image" }, image));
                 topics.push(("depth/camera_info", camera_info));
             }
             ViewTopics::Points(points) => topics.push(("points", points)),
@@ -210,6 +262,16 @@ struct Chooser<'a> {
 impl Chooser<'_> {
     fn scan(&self, args: &TopicArgs) -> Result<String, Failure> {
         if args.scan.is_none() && self.of_type(LaserScan::TYPE_NAME).is_empty() {
+            if let Some(echoes) = self.of_type(MULTI_ECHO).first() {
+                return Err(Failure::new(format!(
+                    "{} has no 2D laser scan but that of several echoes, {echoes}, which is not read",
+                    self.offer.place()
+                ))
+                .fix(format!(
+                    "laser_proc makes scans of it, as \"first\", \"last\" and \"most_intense\": `ros2 run laser_proc laser_proc_node \
+                     --ros-args -r echoes:={echoes}`; some drivers send one echo with publish_multiecho:=false"
+                )));
+            }
             return Err(Failure::new(format!(
                 "{} has no 2D laser scan, no topic of type {}{}",
                 self.offer.place(),
@@ -232,7 +294,9 @@ impl Chooser<'_> {
     fn view(&self, args: &TopicArgs) -> Result<ViewTopics, Failure> {
         let has_none = |name: &str| self.of_type(name).is_empty();
         let is_named = args.depth.is_some() || args.points.is_some();
-        if !is_named && has_none(Image::TYPE_NAME) && has_none(PointCloud2::TYPE_NAME) {
+        let compressed: Vec<&str> = self.compressed_depths();
+        let has_no_image = has_none(Image::TYPE_NAME) && compressed.is_empty();
+        if !is_named && has_no_image && has_none(PointCloud2::TYPE_NAME) {
             return Err(Failure::new(format!(
                 "{} has neither depth images ({}) nor clouds ({}){}",
                 self.offer.place(),
@@ -245,20 +309,52 @@ impl Chooser<'_> {
                 self.offer.listed_by()
             )));
         }
+        if let Some(image) = self.compressed_depth(args, &compressed) {
+            let beside = raw_name(&image).unwrap_or_default();
+            let camera_info = self.camera_info(args, beside)?;
+            return Ok(ViewTopics::Depth { image, camera_info });
+        }
         let has_depth = args.depth.is_some() || !self.of_type(Image::TYPE_NAME).is_empty();
         if !has_depth && !self.of_type(PointCloud2::TYPE_NAME).is_empty() {
             let points = self.topic::<PointCloud2>(&args.points, "--points", &["points"])?;
             return Ok(ViewTopics::Points(points));
         }
         let image = self.topic::<Image>(&args.depth, "--depth", &["depth/image", "depth"])?;
-        // Drivers publish the calibration beside the image, under the same parent.
+        let camera_info = self.camera_info(args, &image)?;
+        Ok(ViewTopics::Depth { image, camera_info })
+    }
+
+    /// The topic of the calibration of the images of a topic. Drivers publish it beside them, under the same parent.
+    fn camera_info(&self, args: &TopicArgs, image: &str) -> Result<String, Failure> {
         let parent = image.rsplit_once('/').map_or("", |(parent, _)| parent);
         let beside = format!("{parent}/camera_info");
         let named = args.camera_info.clone().or_else(|| {
             self.of_type(CameraInfo::TYPE_NAME).contains(&beside.as_str()).then_some(beside)
         });
-        let camera_info = self.topic::<CameraInfo>(&named, "--camera-info", &["depth"])?;
-        Ok(ViewTopics::Depth { image, camera_info })
+        self.topic::<CameraInfo>(&named, "--camera-info", &["depth"])
+    }
+
+    /// The topics of compressed depth images.
+    fn compressed_depths(&self) -> Vec<&str> {
+        let compressed = self.of_type(CompressedImage::TYPE_NAME).into_iter();
+        compressed.filter(|topic| raw_name(topic).is_some()).collect()
+    }
+
+    /// The topic of compressed depth images that is to be read: the one that is named, or the only one where there are no raw ones and
+    /// no clouds.
+    fn compressed_depth(&self, args: &TopicArgs, compressed: &[&str]) -> Option<String> {
+        if let Some(named) = &args.depth {
+            let (topic, type_name) = self.offer.find(named)?;
+            let is_it = type_name == CompressedImage::TYPE_NAME && raw_name(topic).is_some();
+            return is_it.then(|| topic.to_owned());
+        }
+        let raw = self.of_type(Image::TYPE_NAME).into_iter();
+        let has_raw_depth = raw.into_iter().any(|topic| topic.contains("depth"));
+        let has_clouds = !self.of_type(PointCloud2::TYPE_NAME).is_empty();
+        match compressed {
+            [only] if !has_raw_depth && !has_clouds => Some((*only).to_owned()),
+            _ => None,
+        }
     }
 
     fn pose(

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use bag_player::{Bag, BagMessage, Loss, Messages, Selection};
-use detection::shell::CloudInput;
 use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
@@ -119,11 +118,7 @@ pub(crate) fn pipeline_for(
     inputs: &Inputs,
     parameters: &PipelineParameters,
 ) -> Result<Pipeline, NodeFailure> {
-    let input = match inputs.view {
-        ViewTopics::Depth { .. } => CloudInput::Depth,
-        ViewTopics::Points(_) => CloudInput::Points,
-    };
-    let pipeline = Pipeline::new(input, &inputs.by_node_name(), parameters)?;
+    let pipeline = Pipeline::new(inputs.view.input(), &inputs.by_node_name(), parameters)?;
     match &inputs.pose {
         PoseSource::Topic { .. } | PoseSource::Tf => Ok(pipeline),
         PoseSource::Visual(topics) => pipeline.with_visual_odometry(topics, parameters.pose_node()),
@@ -171,7 +166,13 @@ pub(crate) fn publish(
         ViewTopics::Depth { camera_info, .. } if topic == camera_info => {
             pass_on(message, &sensors.camera_infos)
         }
-        ViewTopics::Depth { image, .. } if topic == image => pass_on(message, &sensors.images),
+        ViewTopics::Depth { image, .. } if topic == image => {
+            if inputs.view.is_compressed() {
+                pass_on(message, &sensors.compressed_images)
+            } else {
+                pass_on(message, &sensors.images)
+            }
+        }
         // The visual odometry takes it.
         ViewTopics::Depth { .. } => Ok(()),
         ViewTopics::Points(_) => pass_on(message, &sensors.clouds),

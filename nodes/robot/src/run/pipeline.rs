@@ -177,6 +177,8 @@ pub struct Sensors {
     pub poses: Publisher<PoseStamped>,
     /// `depth/image`.
     pub images: Publisher<Image>,
+    /// `depth/image/compressedDepth`.
+    pub compressed_images: Publisher<CompressedImage>,
     /// `depth/camera_info`.
     pub camera_infos: Publisher<CameraInfo>,
     pub(crate) odometry: Publisher<Odometry>,
@@ -198,6 +200,7 @@ impl Sensors {
             odometry: node.publisher("odom", &qos)?,
             poses_with_covariance: node.publisher("pose_with_covariance", &qos)?,
             images: node.publisher("depth/image", &qos)?,
+            compressed_images: node.publisher("depth/image/compressedDepth", &qos)?,
             camera_infos: node.publisher("depth/camera_info", &qos)?,
             clouds: node.publisher("points", &qos)?,
             colours: node.publisher("rgb/image", &qos)?,

@@ -186,8 +186,13 @@ impl Recorder {
     /// The messages that detection counted as unusable, by their cause. Other causes come with the report of a dropped
     /// scan.
     pub(crate) fn unusable(&mut self, cause: &str, count: u64) {
-        if let Some(topic) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
-            self.dropped(topic, "unusable message", count);
+        if let Some(cause) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
+            match cause.split_once(": ") {
+                Some((topic, reason)) => {
+                    self.dropped(topic, &format!("unusable message: {reason}"), count);
+                }
+                None => self.dropped(cause, "unusable message", count),
+            }
         } else if cause == IMAGE_WITHOUT_CALIBRATION {
             self.dropped(Stage::Detection.name(), cause, count);
         }

@@ -38,7 +38,8 @@ pub(super) fn detect(ros: &RosArguments, own: &[String]) -> Result<Proposal, Fai
     for note in &proposal.notes {
         console::note(note);
     }
-    console::print(proposal.command(own))?;
+    let command = proposal.command(own, ros).map_err(|error| Failure::new(error.to_string()))?;
+    console::print(command)?;
     Ok(proposal)
 }
 

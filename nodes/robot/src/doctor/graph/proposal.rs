@@ -4,12 +4,14 @@ use detection::shell::{DetectionParameters, PoseInput};
 use geometry::ExtrinsicsSource;
 use msgs::RosMessage;
 use msgs::sensor_msgs::Image;
-use node_shell::{DiscoveredEndpoint, Role};
+use node_shell::names::NameError;
+use node_shell::{DiscoveredEndpoint, Role, RosArguments};
 use serde::Serialize;
 
 use super::{GraphView, ReceivedTopic};
 use crate::failure::Failure;
 use crate::offer::Offer;
+use crate::ros_words::{gives, ros_words};
 use crate::run::inputs::{Inputs, TF, TF_STATIC, TopicArgs, ViewTopics};
 use crate::run::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::run::tf_frames::{self, TfFrames};
@@ -81,15 +83,27 @@ impl Proposal {
         Ok(proposal)
     }
 
-    /// The command, for a shell, with these arguments for the program itself.
-    pub(crate) fn command(&self, own: &[String]) -> String {
-        let mut words = vec!["stillmap", "up"];
-        words.extend(own.iter().map(String::as_str));
-        if !self.ros_arguments.is_empty() {
-            words.push("--ros-args");
-            words.extend(self.ros_arguments.iter().map(String::as_str));
+    /// The command, for a shell, with these arguments for the program itself. What the user has said of the nodes stands before what is
+    /// proposed, and holds.
+    ///
+    /// # Errors
+    /// When the user's namespace is none.
+    pub(crate) fn command(&self, own: &[String], said: &RosArguments) -> Result<String, NameError> {
+        let mut ros = ros_words(said)?;
+        // An option and what it takes.
+        for pair in self.ros_arguments.chunks(2) {
+            let parameter = pair.last().and_then(|value| value.split(":=").next());
+            let is_said = pair.first().is_some_and(|option| option == "-p")
+                && parameter.is_some_and(|parameter| gives(said, parameter));
+            ros.extend(pair.iter().filter(|_| !is_said).cloned());
         }
-        words.join(" ")
+        let mut words = ["stillmap", "up"].map(str::to_owned).to_vec();
+        words.extend(own.iter().cloned());
+        if !ros.is_empty() {
+            words.push("--ros-args".to_owned());
+            words.extend(ros);
+        }
+        Ok(words.join(" "))
     }
 
     fn take_topics<'a>(
@@ -113,7 +127,7 @@ impl Proposal {
     }
 
     fn take_view(&mut self, view: &ViewTopics) {
-        if matches!(view, ViewTopics::Points(_)) {
+        if view.input() != DetectionParameters::default().input {
             self.set("input", view.kind());
         }
     }
@@ -220,8 +234,6 @@ mod tests {
     use msgs::sensor_msgs::LaserScan;
     use msgs::tf2_msgs::TFMessage;
 
-    use node_shell::RosArguments;
-
     use super::super::SuiteTopics;
     use super::super::synthetic::*;
     use super::*;
@@ -240,7 +252,15 @@ mod tests {
     }
 
     fn command(view: &GraphView) -> String {
-        Proposal::of(view).unwrap().command(&[])
+        of_proposal(&Proposal::of(view).unwrap())
+    }
+
+    fn of_proposal(proposal: &Proposal) -> String {
+        proposal.command(&[], &said(&[])).unwrap()
+    }
+
+    fn said(words: &[&str]) -> RosArguments {
+        RosArguments::parse(words.iter().copied()).unwrap()
     }
 
     fn refused(view: &GraphView) -> String {
@@ -258,7 +278,7 @@ mod tests {
     fn the_drivers_of_a_robot_are_found_by_type_and_name() {
         let proposal = Proposal::of(&robot()).unwrap();
         assert_eq!(
-            proposal.command(&[]),
+            of_proposal(&proposal),
             "stillmap up --ros-args -r scan:=/laser/scan -r depth/image:=/camera/depth/image_raw \
              -r depth/camera_info:=/camera/depth/camera_info -p pose_source:=odometry -p colour:=raw \
              -r rgb/image:=/camera/color/image_raw -r rgb/camera_info:=/camera/color/camera_info"
@@ -300,7 +320,7 @@ mod tests {
         is_placed(&mut graph, "base_link", "optical");
         let proposal = Proposal::of(&graph).unwrap();
         let wanted = "-p pose_source:=tf -p map_frame_id:=odom -p rig_frame_id:=base_link -p extrinsics:=tf_from_rig";
-        assert!(proposal.command(&[]).contains(wanted), "{}", proposal.command(&[]));
+        assert!(of_proposal(&proposal).contains(wanted), "{}", of_proposal(&proposal));
         assert_eq!(proposal.inputs[0].rate_hz.map(f64::round), Some(10.0));
         assert!(proposal.notes.is_empty(), "{:?}", proposal.notes);
     }
@@ -321,6 +341,39 @@ mod tests {
         graph.suite = SuiteTopics::resolve(&arguments).unwrap();
         assert!(command(&graph).contains("-r scan:=/second/laser/scan"), "{}", command(&graph));
         assert!(!command(&graph).contains("/first"), "{}", command(&graph));
+    }
+
+    #[test]
+    fn what_the_user_has_said_stands_in_the_command_and_holds() {
+        let said = said(&[
+            "--ros-args",
+            "-r",
+            "__ns:=/robot",
+            "-p",
+            "map_file:=map.ply",
+            "-p",
+            "colour:=none",
+        ]);
+        let command = Proposal::of(&robot()).unwrap().command(&[], &said).unwrap();
+        let begins = "stillmap up --ros-args -r __ns:=/robot -p map_file:=map.ply -p colour:=none -r scan:=/laser/scan ";
+        assert!(command.starts_with(begins), "{command}");
+        assert!(
+            command.contains("pose_source:=odometry") && !command.contains("colour:=raw"),
+            "{command}"
+        );
+    }
+
+    #[test]
+    fn compressed_depth_images_are_taken_where_there_are_no_raw_ones() {
+        const COMPRESSED: &str = "sensor_msgs/msg/CompressedImage";
+        let mut graph = robot();
+        let compressed = "/camera/depth/image_raw/compressedDepth";
+        graph.endpoints.push(publisher(compressed, COMPRESSED, "/camera"));
+        assert!(!command(&graph).contains("compressedDepth"), "{}", command(&graph));
+        graph.endpoints.retain(|one| one.topic != "/camera/depth/image_raw");
+        let wanted = "-r depth/image/compressedDepth:=/camera/depth/image_raw/compressedDepth \
+                      -r depth/camera_info:=/camera/depth/camera_info -p input:=compressed_depth";
+        assert!(command(&graph).contains(wanted), "{}", command(&graph));
     }
 
     /// RViz publishes the goals that its user sets.

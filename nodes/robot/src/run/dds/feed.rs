@@ -70,10 +70,10 @@ impl Feed {
     ) -> Self {
         let needed = match &inputs.view {
             // The player and detection report what cannot be read.
-            ViewTopics::Depth { image, .. } => {
+            ViewTopics::Depth { image, .. } if !inputs.view.is_compressed() => {
                 granted.and_then(|granted| Compression::needed(bag, image, granted))
             }
-            ViewTopics::Points(_) => None,
+            ViewTopics::Depth { .. } | ViewTopics::Points(_) => None,
         };
         let is_visual = matches!(inputs.pose, PoseSource::Visual(_));
         let (compression, too_large) = if is_visual { (None, needed) } else { (needed, None) };
