@@ -454,8 +454,11 @@ impl Stage {
     fn refuse_camera(&mut self, reason: String) {
         let topic = self.inputs.camera_info_topic().unwrap_or_default();
         let is_the_first = *self.camera_refused.get_or_insert_with(|| reason.clone()) == reason;
-        let with_reason = is_the_first.then(|| format!(": {reason}")).unwrap_or_default();
-        self.counters.count_drop(&format!("{UNUSABLE_MESSAGE_ON}{topic}{with_reason}"));
+        let mut cause = format!("{UNUSABLE_MESSAGE_ON}{topic}");
+        if is_the_first {
+            cause += &format!(": {reason}");
+        }
+        self.counters.count_drop(&cause);
         self.warn_of(topic, &reason);
     }
 
