@@ -90,7 +90,7 @@ pub(crate) const TF: &str = "/tf";
 const MULTI_ECHO: &str = "sensor_msgs/msg/MultiEchoLaserScan";
 
 /// The name that detection knows compressed depth images by.
-const COMPRESSED: &str = "depth/image/compressedDepth";
+pub(crate) const COMPRESSED_DEPTH: &str = "depth/image/compressedDepth";
 
 /// Where the points come from.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -235,7 +235,7 @@ impl Inputs {
         match &self.view {
             ViewTopics::Depth { image, camera_info } => {
                 let is_compressed = self.view.is_compressed();
-                topics.push((if is_compressed { COMPRESSED } else { "depth/image" }, image));
+                topics.push((if is_compressed { COMPRESSED_DEPTH } else { "depth/image" }, image));
                 topics.push(("depth/camera_info", camera_info));
             }
             ViewTopics::Points(points) => topics.push(("points", points)),
@@ -417,6 +417,13 @@ impl Chooser<'_> {
             ))
             .fix("record the depth images, or give a --pose topic"));
         };
+        if view.is_compressed() {
+            return Err(Failure::new(format!(
+                "--pose visual needs raw depth images, and {} has only compressed ones",
+                self.offer.place()
+            ))
+            .fix("record the raw depth images, or give a --pose topic"));
+        }
         let topics = VisualTopics::choose(&args.visual, image, camera_info, self.offer)?;
         Ok(PoseSource::Visual(topics))
     }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
+use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use node_shell::{Node, ShellError, Shutdown, StatusLine};
 use tokio::sync::watch;
@@ -107,9 +108,7 @@ impl Figures {
                     "cycles" => figures.cycles = count(),
                     "tracks" => figures.objects = count(),
                     "voxels" => figures.map_points = count(),
-                    key if key.starts_with("dropped: ") || is_lost_cycle(key) => {
-                        figures.dropped += count();
-                    }
+                    key if is_dropped_cycle(key) => figures.dropped += count(),
                     // Others hear the same for what they filter of it.
                     key if *name == HEARS => {
                         figures.heard.extend(rate_of(key, &pair.value, heard));
@@ -126,11 +125,14 @@ impl Figures {
     }
 }
 
-/// Whether a figure counts cycles that a stage did not get since newer ones came.
-fn is_lost_cycle(key: &str) -> bool {
+/// Whether a figure counts scans that became no cycle, or cycles that a stage dropped, or did not get since newer ones came.
+fn is_dropped_cycle(key: &str) -> bool {
     let is_cycle =
         |topic: &str| ["reduced_cloud", "segmented_cloud"].iter().any(|name| topic.ends_with(name));
+    let is_message =
+        |cause: &str| cause.starts_with(UNUSABLE_MESSAGE_ON) || cause == IMAGE_WITHOUT_CALIBRATION;
     key.strip_prefix("lost ").is_some_and(is_cycle)
+        || key.strip_prefix("dropped: ").is_some_and(|cause| !is_message(cause))
 }
 
 /// The rate of one of the topics that are heard, if the figure is that.
@@ -186,6 +188,7 @@ mod tests {
             ("dropped: newer cycles wait", "2"),
             ("dropped: missing /robot/pose", "1"),
             ("lost /robot/scan", "9"),
+            ("dropped: unusable message on /robot/depth/image", "5"),
             ("received per second /robot/pose", "0.00"),
             ("received per second /robot/depth/image", "30.01"),
             ("received per second /robot/depth/camera_info", "30.01"),

@@ -8,6 +8,7 @@ use super::{Playback, Run, pacing};
 use crate::failure::Failure;
 use crate::processes::Process;
 use crate::run::findings::LostMessages;
+use crate::run::inputs::COMPRESSED_DEPTH;
 use crate::visual;
 
 impl Run {
@@ -32,7 +33,8 @@ impl Run {
             let awaited = format!("{}/{}", self.namespace, topic.node_name());
             arguments.extend(["--wait-for".to_owned(), awaited]);
         }
-        let is_view = |topic: &&FedTopic| matches!(topic.played_name, "depth/image" | "points");
+        let views = ["depth/image", COMPRESSED_DEPTH, "points"];
+        let is_view = |topic: &&FedTopic| views.contains(&topic.played_name);
         if let Some(views) = self.feed.topics.iter().find(is_view) {
             let pace = format!("{}={}/{}", views.bag_topic, self.namespace, pacing::TOPIC);
             arguments.extend(["--pace".to_owned(), pace]);
