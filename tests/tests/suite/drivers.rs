@@ -6,6 +6,8 @@ mod rewrites;
 use std::path::Path;
 use std::sync::OnceLock;
 
+use geometry::DynamicZone;
+use nalgebra::Point3;
 use robot::Failure;
 use robot::run::cycles::CycleRun;
 use robot::run::inputs::TopicArgs;
@@ -18,6 +20,12 @@ use rewrites::*;
 const LEAST_REMOVED: f64 = 0.95;
 /// Of those that show what stands still, so many are masked at most: beside a person, and where nothing is known yet.
 const MOST_LOST: f64 = 0.12;
+/// A zone is in the direction of something that moves in so many of the cycles with both, at least.
+const LEAST_IN_ZONE: f64 = 0.8;
+/// So many points of the map lie on that of the recording as it was simulated, at least ...
+const LEAST_ON_MAP: f64 = 0.9;
+/// ... within this.
+const NEAR_M: f32 = 0.05;
 /// Points of the map, by those of the recording as it was simulated; a lens shows more or less of the room.
 const MAP: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 /// Coarse and near, so that a run takes a fraction of a second: the persons are at 3 m.
@@ -145,14 +153,27 @@ const REFUSED: [Refused; 4] = [
 struct Found {
     removed: f64,
     lost: f64,
-    map_points: usize,
+    /// Of the cycles with a zone and something that moves, the share in which a zone is in its direction.
+    in_zone: f64,
+    map_m: Vec<Point3<f32>>,
+}
+
+impl Found {
+    /// The share of every tenth point of the map that lies on a map.
+    fn on(&self, map_m: &[Point3<f32>]) -> f64 {
+        let is_on = |point: &&Point3<f32>| {
+            map_m.iter().any(|other| (*point - other).norm_squared() < NEAR_M * NEAR_M)
+        };
+        let sample = || self.map_m.iter().step_by(10);
+        sample().filter(is_on).count() as f64 / sample().count() as f64
+    }
 }
 
 #[test]
 fn what_moves_goes_whichever_driver_wrote_it() {
     let folder = tempfile::tempdir().unwrap();
     let simulated = Recording::simulated(folder.path());
-    let map_points = OnceLock::new();
+    let reference = OnceLock::new();
     let mut faults = Vec::new();
     for (number, Row { driver, rewrite, parameters }) in ROWS.iter().enumerate() {
         let mut recording = simulated.clone();
@@ -165,11 +186,16 @@ fn what_moves_goes_whichever_driver_wrote_it() {
                 continue;
             }
         };
-        let Found { removed, lost, .. } = found;
-        let map = found.map_points as f64 / *map_points.get_or_init(|| found.map_points) as f64;
-        println!("{driver}: {removed:.3} removed, {lost:.5} lost, {map:.2} of the map");
-        if removed < LEAST_REMOVED || lost > MOST_LOST || !MAP.contains(&map) {
-            faults.push(format!("{driver}: {removed} removed, {lost} lost, {map} of the map"));
+        let reference = reference.get_or_init(|| found.map_m.clone());
+        let Found { removed, lost, in_zone, .. } = found;
+        let (map, on) = (found.map_m.len() as f64 / reference.len() as f64, found.on(reference));
+        let line = format!(
+            "{driver}: {removed:.3} removed, {lost:.5} lost, {in_zone:.2} in a zone; {map:.2} of the map, {on:.3} on it"
+        );
+        println!("{line}");
+        let is_well = removed >= LEAST_REMOVED && lost <= MOST_LOST && in_zone >= LEAST_IN_ZONE;
+        if !is_well || !MAP.contains(&map) || on < LEAST_ON_MAP {
+            faults.push(line);
         }
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
@@ -205,10 +231,16 @@ fn run(
     by_user.files.push(file);
     let mut run = CycleRun::begin(bag, &TopicArgs::default(), &by_user, true)?;
     let ([mut moving, mut removed], [mut still, mut lost]) = ([0_usize; 2], [0_usize; 2]);
+    let (mut with_zones, mut in_zone) = (0_usize, 0_usize);
     let mut is_going = true;
     while is_going {
         is_going = run.advance()?;
         while let Some(found) = run.next_found() {
+            let moving_m = &found.segmented.dynamic_cloud.points_m;
+            if !found.zones.is_empty() && !moving_m.is_empty() {
+                with_zones += 1;
+                in_zone += usize::from(moving_m.iter().any(|point| is_in(&found.zones, point)));
+            }
             let depth = found.segmented.depth.as_ref().unwrap();
             let image = depth.frame.image();
             let truth = recording.labels_at(image.stamp);
@@ -227,6 +259,13 @@ fn run(
     Ok(Found {
         removed: removed as f64 / moving as f64,
         lost: lost as f64 / still as f64,
-        map_points: run.map().points.points_m.len(),
+        in_zone: in_zone as f64 / with_zones as f64,
+        map_m: run.map().points.points_m,
     })
+}
+
+/// Whether a point of the rig lies in the direction of a zone.
+fn is_in(zones: &[DynamicZone], point: &Point3<f32>) -> bool {
+    let azimuth_rad = f64::from(point.y.atan2(point.x));
+    zones.iter().any(|zone| (zone.azimuth_min_rad..=zone.azimuth_max_rad).contains(&azimuth_rad))
 }
