@@ -394,15 +394,11 @@ impl FreeSpaceSegmenter {
                     && self.occupancy.is_intermittent(&points_in_map[point])
             })
             .collect();
-        let is_at_border: Vec<bool> = cycle
-            .reduced_cloud
-            .points_m
-            .iter()
-            .zip(&distances_m)
-            .map(|(point, distance_m)| {
-                self.view.is_at_border(cycle, &point.cast::<f64>(), edge_m / distance_m)
-            })
-            .collect();
+        let (view, points_in_rig) = (self.view, &cycle.reduced_cloud.points_m);
+        let is_at_border = |point: usize| {
+            let by_slope = edge_m / distances_m[point];
+            view.is_at_border(cycle, &points_in_rig[point].cast::<f64>(), by_slope)
+        };
         let points = CyclePoints {
             in_map_m: points_in_map,
             voxels,

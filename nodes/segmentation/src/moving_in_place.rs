@@ -16,7 +16,7 @@ use crate::FreeSpaceConfig;
 use crate::growth::{Candidates, PointClass};
 
 /// What a cycle shows, point by point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub(crate) struct CyclePoints<'a> {
     /// The points, in the map.
     pub(crate) in_map_m: &'a [Point3<f64>],
@@ -27,7 +27,7 @@ pub(crate) struct CyclePoints<'a> {
     /// Whether the place of each was hit in some cycles and free in others.
     pub(crate) is_intermittent: &'a [bool],
     /// Whether each is at the left or the right border of the image.
-    pub(crate) is_at_border: &'a [bool],
+    pub(crate) is_at_border: &'a dyn Fn(usize) -> bool,
 }
 
 /// What comes and goes elsewhere may be so many times less than what does so of bodies.
@@ -64,7 +64,7 @@ impl MovingInPlace {
         };
         let moving = |body: &[usize]| body.iter().filter(|point| is_intermittent[**point]).count();
         bodies.retain(|body| {
-            !body.iter().any(|&point| is_at_border[point]) && is_of_a_body(config, in_map_m, body)
+            !body.iter().any(|&point| is_at_border(point)) && is_of_a_body(config, in_map_m, body)
         });
         let of_bodies: usize = bodies.iter().map(|body| moving(body)).sum();
         let elsewhere = self.elsewhere - self.elsewhere.div_ceil(FORGOTTEN_A_CYCLE);
@@ -122,7 +122,7 @@ mod tests {
         let of_wall = body.len()..body.len() + of_wall;
         let is_intermittent: Vec<bool> =
             all.map(|point| point < moving || of_wall.contains(&point)).collect();
-        let is_at_border: Vec<bool> = voxels.iter().map(|voxel| voxel.y == border_y).collect();
+        let is_at_border = |point: usize| voxels[point].y == border_y;
         let points = CyclePoints {
             in_map_m: &in_map_m,
             voxels: &voxels,
