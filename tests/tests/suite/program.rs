@@ -60,13 +60,16 @@ impl Running {
         Self::spawn(program.args(arguments).env(variable, value))
     }
 
-    /// The same, with its log in a file.
-    pub(crate) fn start_with_log<A: AsRef<OsStr>>(
+    /// The same as it is without cargo, whose configuration for tests has every cycle taken: live, the newest count. With its log in a
+    /// file.
+    pub(crate) fn start_live<A: AsRef<OsStr>>(
         log: &Path,
         arguments: impl IntoIterator<Item = A>,
     ) -> Self {
+        let (variable, _) = node_shell::EVERY_CYCLE;
         let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
-        Self::spawn(program.args(arguments).stderr(std::fs::File::create(log).unwrap()))
+        let log = std::fs::File::create(log).unwrap();
+        Self::spawn(program.args(arguments).env_remove(variable).stderr(log))
     }
 
     /// The same on a DDS domain.
