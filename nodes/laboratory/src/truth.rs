@@ -18,8 +18,9 @@ use nalgebra::{Isometry3, Point3};
 use report::{DynamicScore, DynamicScoreRules, RunRecord};
 
 use robot::Failure;
-use robot::run::inputs::{DepthImageError, Inputs, ViewTopics, depth_image};
+use robot::run::inputs::{Inputs, ViewTopics};
 use robot::run::parameters::PipelineParameters;
+use robot::run::view_topics::{DepthImageError, depth_image};
 use robot::sensor_bag::{TRUE_EMPTY_SCENE, TRUE_OBJECT_NAMES};
 
 /// The score of a run against the ground truth in its bag, if there is any.

@@ -18,6 +18,7 @@ mod recorder;
 mod terminal;
 pub(crate) mod tf_frames;
 mod trajectory;
+pub mod view_topics;
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};

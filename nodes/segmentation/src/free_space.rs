@@ -186,26 +186,23 @@ impl FreeSpaceSegmenter {
         for &point in &settled {
             self.occupancy.take_for_occupied(&points_in_map[point], long_ago);
         }
-        let mut retracted_m = self.retract(
+        let retracted_m = self.retract(
             cycle,
             (points_in_map, &voxels, &classes),
-            (&groups, &is_dynamic),
+            (&groups, &moving_in_place, &is_dynamic),
             &objects_before,
         );
-        // They are in the map: until now they were background.
-        let map_from_continuous = cycle.map_from_continuous.unwrap_or_default();
-        let in_map = |&point: &usize| (map_from_continuous * points_in_map[point]).cast();
-        retracted_m.extend(moving_in_place.iter().map(in_map));
         observe(Step::Evidence);
         Judged { is_dynamic, tracks, in_zone: seeds.in_zone, retracted_m }
     }
 
-    /// What an object that was found in this cycle left in earlier ones, in the map; see [`crate::earlier_cycles`].
+    /// What an object that was found in this cycle left in earlier ones, in the map; see [`crate::earlier_cycles`]. Of one that moves in
+    /// its place also where it is: until now that was background.
     fn retract(
         &mut self,
         cycle: &DetectedCycle,
         (points_in_map, voxels, classes): (&[Point3<f64>], &[VoxelKey], &[PointClass]),
-        (groups, is_dynamic): (&[MovingGroup], &[bool]),
+        (groups, moving_in_place, is_dynamic): (&[MovingGroup], &[usize], &[bool]),
         objects_before: &HashSet<VoxelKey>,
     ) -> Vec<Point3<f32>> {
         let of_groups = groups.iter().map(|group| group.points.iter().map(|&point| voxels[point]));
@@ -227,7 +224,9 @@ impl FreeSpaceSegmenter {
             });
         self.earlier_cycles.remember(of_static);
         let map_from_continuous = cycle.map_from_continuous.unwrap_or_default();
-        retracted.iter().map(|point| (map_from_continuous * point).cast()).collect()
+        let in_place = moving_in_place.iter().map(|&point| &points_in_map[point]);
+        let all = retracted.iter().chain(in_place);
+        all.map(|point| (map_from_continuous * point).cast()).collect()
     }
 
     fn begin(&mut self, stamp: Stamp, cycle: &DetectedCycle) {

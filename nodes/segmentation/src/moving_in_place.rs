@@ -52,16 +52,7 @@ impl MovingInPlace {
     ) -> Vec<usize> {
         let CyclePoints { in_map_m, voxels, is_floor, is_intermittent, is_at_border } = points;
         let seeds: Vec<usize> = (0..voxels.len()).filter(|&point| is_intermittent[point]).collect();
-        // What is background is part of a body, too; only the floor parts one from another.
-        let class = |&is_floor: &bool| {
-            if is_floor { PointClass::Background } else { PointClass::Unknown }
-        };
-        let classes: Vec<PointClass> = is_floor.iter().map(class).collect();
-        let mut bodies = if seeds.is_empty() {
-            Vec::new()
-        } else {
-            Candidates::new(&classes, voxels).grown_from(&seeds, |_| true)
-        };
+        let mut bodies = connected(is_floor, voxels, &seeds);
         let moving = |body: &[usize]| body.iter().filter(|point| is_intermittent[**point]).count();
         bodies.retain(|body| {
             !body.iter().any(|&point| is_at_border(point)) && is_of_a_body(config, in_map_m, body)
@@ -76,6 +67,17 @@ impl MovingInPlace {
         moving.sort_unstable();
         moving
     }
+}
+
+/// What is connected to each seed: what is background is part of a body, too; only the floor parts one from another.
+fn connected(is_floor: &[bool], voxels: &[VoxelKey], seeds: &[usize]) -> Vec<Vec<usize>> {
+    if seeds.is_empty() {
+        return Vec::new();
+    }
+    let class =
+        |&is_floor: &bool| if is_floor { PointClass::Background } else { PointClass::Unknown };
+    let classes: Vec<PointClass> = is_floor.iter().map(class).collect();
+    Candidates::new(&classes, voxels).grown_from(seeds, |_| true)
 }
 
 /// Whether points are no farther apart than those of an object are.

@@ -10,7 +10,7 @@ use msgs::sensor_msgs::CameraInfo;
 use super::choice::Chosen;
 use super::poses::{Poses, beam_stamp};
 use super::reader::{Topics, Turn, Turns, read_scan};
-use crate::run::inputs::depth_image;
+use crate::run::view_topics::depth_image;
 
 /// The chosen scans and the images nearest to the middle of their turns.
 pub(super) struct Gathering {

@@ -9,7 +9,8 @@ use msgs::{RosMessage, cdr, convert};
 
 use super::scan_cut::{ScanCut, ScanCutArgs};
 use crate::failure::Failure;
-use crate::run::inputs::{ViewTopics, depth_image, view_of};
+use crate::run::inputs::{ViewTopics, view_of};
+use crate::run::view_topics::depth_image;
 use crate::sensor_bag::SCAN;
 
 /// Cuts a scan out of each depth image of a bag.

@@ -1,9 +1,9 @@
 mod corrected_map;
+mod in_place;
 mod room;
 mod score;
 
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -206,29 +206,6 @@ fn the_last_sliver_of_an_object_is_the_objects_for_a_second_more() {
     // What stays there is no object's for ever.
     let of_object = (19..40).filter(|&index| !cut(index, stays.clone()).is_empty()).count();
     assert!(of_object as f64 * CYCLE_S <= 1.2, "{of_object} cycles");
-}
-
-/// Regression: who stood and worked in view from the first image to the last was furniture.
-#[test]
-fn who_moves_in_his_place_from_the_first_cycle_on_is_found() {
-    let never = |_: f64| false;
-    let score_of = |moving: &dyn Fn(f64) -> Vec<Solid>, pose_noise: (f64, f64)| {
-        Run { is_zoned: &never, pose_noise, ..run(furnished(), moving, 60) }.score(3)
-    };
-    // He leans to one side and to the other, by 12 cm every 4 s.
-    let sways = |time_s: f64| walker(1, 2.9, 0.12 * (TAU * time_s / 4.0).sin());
-    let score = score_of(&sways, (0.0, 0.0));
-    let found_in = score.cut_of_cycle.iter().position(|cut| *cut > 0);
-    assert!(found_in.is_some_and(|cycle| cycle < 30), "{found_in:?}");
-    let least = score.cut_of_cycle[30..].iter().min();
-    assert!(least >= Some(&80), "of 85 to 120 points {:?}", score.cut_of_cycle);
-    assert!(score.static_lost() < 0.005, "static points lost {}", score.static_lost());
-
-    let stands = |_: f64| walker(1, 2.9, 0.0);
-    assert_eq!(score_of(&stands, (0.0, 0.0)).cut, 0, "a post");
-    // Poses as bad as this, and the edges of all furniture come and go.
-    let off = score_of(&stands, (0.01, 0.005));
-    assert!(off.static_lost() < 0.005, "{:?}", off.cut_of_cycle);
 }
 
 /// Regression: who stood in a doorway with nothing behind it when all began was background there, which no ray passed

@@ -8,7 +8,7 @@ use super::{Playback, Run, pacing};
 use crate::failure::Failure;
 use crate::processes::Process;
 use crate::run::findings::LostMessages;
-use crate::run::inputs::COMPRESSED_DEPTH;
+use crate::run::view_topics::COMPRESSED_DEPTH;
 use crate::visual;
 
 impl Run {
