@@ -104,4 +104,4 @@ pub use triangle_mesh::{MeshEdges, MeshPiece, MeshUpdate, TriangleMesh};
 pub use voxel::{
     BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
 };
-pub use zone::{DynamicZone, ReturnSpan, ZoneSource};
+pub use zone::{DynamicZone, ReturnSpan, ZoneSource, azimuth_rad};

@@ -6,7 +6,7 @@ mod order;
 #[cfg(test)]
 mod tests;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Scalar};
 
 pub use accumulator::VoxelAccumulator;
 pub use hash::{BuildVoxelHasher, VoxelHasher};
@@ -83,9 +83,9 @@ impl VoxelGrid {
     /// The key grows with each coordinate and never falls, so a mean of points of one cell lies in
     /// that cell. A point beyond the reach of 32 bits is put into the outermost cells.
     #[must_use]
-    pub fn key(&self, point: &Point3<f32>) -> VoxelKey {
+    pub fn key<T: Scalar + Copy + Into<f64>>(&self, point: &Point3<T>) -> VoxelKey {
         // The float-to-int cast saturates, and takes NaN to 0.
-        let cell = |value: f32| (f64::from(value) / self.edge_m).floor() as i32;
+        let cell = |value: T| (value.into() / self.edge_m).floor() as i32;
         VoxelKey { x: cell(point.x), y: cell(point.y), z: cell(point.z) }
     }
 

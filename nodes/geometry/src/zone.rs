@@ -49,17 +49,21 @@ pub struct ReturnSpan {
     pub farthest_m: f32,
 }
 
+/// The direction of a point of the rig in the XY plane, from x towards y, in `[-pi, pi]`; `None` on the z axis.
+#[must_use]
+pub fn azimuth_rad(point_in_rig: &Point3<f32>) -> Option<f64> {
+    let Point3 { coords } = point_in_rig;
+    let has_direction = coords.x != 0.0 || coords.y != 0.0;
+    has_direction.then(|| f64::from(coords.y).atan2(f64::from(coords.x)))
+}
+
 impl DynamicZone {
     /// Whether the direction of `point_in_rig`, seen in the XY plane, lies within the zone, bounds
     /// included (Rec-HV eq. 6 with the radius in the XY plane, as the text and the figure say). A
     /// point on the z axis has no direction and lies in no zone.
     #[must_use]
     pub fn contains(&self, point_in_rig: &Point3<f32>) -> bool {
-        if point_in_rig.x == 0.0 && point_in_rig.y == 0.0 {
-            return false;
-        }
-        let azimuth_rad = f64::from(point_in_rig.y).atan2(f64::from(point_in_rig.x));
-        self.contains_azimuth(azimuth_rad)
+        azimuth_rad(point_in_rig).is_some_and(|azimuth_rad| self.contains_azimuth(azimuth_rad))
     }
 
     /// Whether `azimuth_rad`, in `[-pi, pi]`, lies within the zone, bounds included.

@@ -3,49 +3,32 @@
 //! A place before all that the depth image shows is free; what is there later is newly occupied. What is behind an object
 //! that goes away was never observed free: it is background that becomes visible, not an object.
 
+mod classes;
 #[cfg(test)]
 mod tests;
 
 use std::collections::HashSet;
 
 use geometry::{DetectedCycle, Stamp, VoxelGrid, VoxelKey};
-use nalgebra::{Point3, distance};
-use volume::{
-    AS_NEAR, DepthInput, DepthNoise, DepthRange, DepthView, Occupancy, Place, is_missed_long_enough,
-};
+use nalgebra::Point3;
+use volume::{DepthInput, DepthNoise, DepthRange, DepthView, Occupancy};
 
+use self::classes::Known;
 use crate::continuous::in_map;
+use crate::cycle_points::CyclePoints;
 use crate::earlier_cycles::{EarlierCycles, StaticPoint};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
-use crate::moving_in_place::{CyclePoints, MovingInPlace};
+use crate::moving_in_place::MovingInPlace;
 use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
-use crate::tracking::{CycleCloud, MovingGroup, Tracker, TrackerOutput};
+use crate::tracking::{CycleView, MovingGroup, Tracker, TrackerOutput};
 use crate::view::View;
 use crate::{FreeSpaceConfig, Step};
 
 /// A stamp so much before the last one is the start of another run, not a late message.
 const ANOTHER_RUN_S: f64 = 1.0;
-
-/// A surface that comes into range continues what was seen of it before. A camera at 0.5 m/s and 7 Hz comes a voxel of the
-/// thesis closer in a cycle, and a surface is known after two.
-const BORDER_VOXELS: i32 = 3;
-
-/// The noise of depth moves no surface by so many standard deviations.
-const SURE_IN_SIGMAS: f64 = 3.0;
-
-/// What is known of the place of a point.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Known {
-    /// Nothing, or not enough.
-    Unknown,
-    /// It was seen free, cycle after cycle.
-    Free,
-    /// Something has been there for long.
-    Background,
-}
 
 /// Finds the points that move by what earlier cycles saw.
 #[derive(Clone, Debug)]
@@ -111,43 +94,31 @@ impl FreeSpaceSegmenter {
     /// "Map" is here the frame that does not jump when the map is corrected; tracks are reported where the map has them.
     pub fn step(&mut self, cycle: &DetectedCycle, observe: &mut impl FnMut(Step)) -> Judged {
         let stamp = cycle.reduced_cloud.stamp;
-        let map_from_rig = cycle.continuous_from_rig();
         // A scanner that is faster than the camera makes several cycles of one image, which is seen once all the same.
         let is_new_image = self.last != Some(stamp);
         self.begin(stamp, cycle);
-        let points_in_map: Vec<Point3<f64>> = cycle
-            .reduced_cloud
-            .points_m
-            .iter()
-            .map(|point| map_from_rig * point.cast::<f64>())
-            .collect();
-        let camera_in_map = map_from_rig * cycle.setup.mounts.camera_in_rig_m();
-        self.view.widen(cycle);
-        self.floor = self.floor_under(&points_in_map, &camera_in_map);
-        let known = self.known_places(&points_in_map, &camera_in_map);
-        let mut classes = self.classes(&points_in_map, &known, &camera_in_map);
-        let voxels: Vec<VoxelKey> =
-            points_in_map.iter().map(|point| self.grid.key(&point.cast::<f32>())).collect();
-        let moving_in_place =
-            self.find_moving_in_place(cycle, (&points_in_map, &voxels), &camera_in_map);
+        let points = &CyclePoints::of(cycle, &self.grid);
+        self.view.widen(points);
+        self.floor = self.floor_under(points);
+        let known = self.known_places(points);
+        let mut classes = self.classes(points, &known);
+        let moving_in_place = self.find_moving_in_place(points);
         for &point in &moving_in_place {
-            self.occupancy.take_for_free(&points_in_map[point]);
+            self.occupancy.take_for_free(points.voxels[point]);
             classes[point] = PointClass::InFreeSpace;
         }
         observe(Step::Evidence);
 
-        let candidates = Candidates::new(&classes, &voxels);
+        let candidates = Candidates::new(&classes, &points.voxels);
         let expected = self.tracker.predict(stamp);
-        let seeds = seeds_of(&self.config, cycle, &points_in_map, &classes, &candidates, &expected);
+        let seeds = seeds_of(&self.config, points, &classes, &candidates, &expected);
         observe(Step::Angular);
 
-        let groups = self.groups(&points_in_map, &classes, &candidates, (&seeds, &moving_in_place));
+        let groups = self.groups(points, &classes, &candidates, (&seeds, &moving_in_place));
         observe(Step::DepthClustering);
 
-        let cell_m = self.grid.edge_m();
-        let points_in_map = &points_in_map;
-        let cloud = CycleCloud { cycle, points_in_map, camera_in_map, view: self.view, cell_m };
-        let TrackerOutput { mut tracks, settled } = self.tracker.update(&cloud, &groups);
+        let seen = CycleView { points, view: self.view, cell_m: self.grid.edge_m() };
+        let TrackerOutput { mut tracks, settled } = self.tracker.update(&seen, &groups);
         if let Some(map_from_continuous) = &cycle.map_from_continuous {
             tracks.iter_mut().for_each(|track| *track = in_map(track, map_from_continuous));
         }
@@ -157,7 +128,7 @@ impl FreeSpaceSegmenter {
         for &point in groups.iter().flat_map(|group| &group.points) {
             is_dynamic[point] = true;
         }
-        for point in self.kept_from_last_cycle(&known, &classes, &voxels) {
+        for point in self.kept_from_last_cycle(&known, &classes, &points.voxels) {
             is_dynamic[point] = true;
         }
         for &point in &settled {
@@ -165,14 +136,14 @@ impl FreeSpaceSegmenter {
         }
         // Without the points that were kept from the last cycle: they would be kept for ever.
         let of_groups = groups.iter().flat_map(|group| &group.points);
-        let of_groups = of_groups.map(|&point| voxels[point]).collect();
+        let of_groups = of_groups.map(|&point| points.voxels[point]).collect();
         let objects_before = std::mem::replace(&mut self.last_object_voxels, of_groups);
         let newly_occupied = (0..classes.len())
             .filter(|&point| is_dynamic[point] && classes[point] == PointClass::SeenEmpty)
-            .map(|point| &points_in_map[point]);
-        newly_occupied.for_each(|point| self.occupancy.take_for_free(point));
+            .map(|point| points.voxels[point]);
+        newly_occupied.for_each(|voxel| self.occupancy.take_for_free(voxel));
         if is_new_image {
-            self.record(cycle, (points_in_map, &camera_in_map), &is_dynamic);
+            self.record(points, &is_dynamic);
         }
         // What is newly occupied is not background before it has stayed: it counts as a hit in the evidence, and is left
         // out of the static scene until the evidence says background.
@@ -184,11 +155,10 @@ impl FreeSpaceSegmenter {
         }
         let long_ago = stamp.plus_seconds(-self.config.min_background_s);
         for &point in &settled {
-            self.occupancy.take_for_occupied(&points_in_map[point], long_ago);
+            self.occupancy.take_for_occupied(points.voxels[point], long_ago);
         }
         let retracted_m = self.retract(
-            cycle,
-            (points_in_map, &voxels, &classes),
+            (points, &classes),
             (&groups, &moving_in_place, &is_dynamic),
             &objects_before,
         );
@@ -200,12 +170,12 @@ impl FreeSpaceSegmenter {
     /// its place also where it is: until now that was background.
     fn retract(
         &mut self,
-        cycle: &DetectedCycle,
-        (points_in_map, voxels, classes): (&[Point3<f64>], &[VoxelKey], &[PointClass]),
+        (points, classes): (&CyclePoints<'_>, &[PointClass]),
         (groups, moving_in_place, is_dynamic): (&[MovingGroup], &[usize], &[bool]),
         objects_before: &HashSet<VoxelKey>,
     ) -> Vec<Point3<f32>> {
-        let of_groups = groups.iter().map(|group| group.points.iter().map(|&point| voxels[point]));
+        let of_groups =
+            groups.iter().map(|group| group.points.iter().map(|&point| points.voxels[point]));
         let retracted = match self.recent_views.latest() {
             Some(view) => {
                 let edge_m = self.grid.edge_m();
@@ -214,17 +184,17 @@ impl FreeSpaceSegmenter {
             None => Vec::new(),
         };
         for point in &retracted {
-            self.occupancy.forget(point);
+            self.occupancy.forget(self.grid.key(point));
         }
         let of_static = (0..classes.len())
             .filter(|&point| !is_dynamic[point] && classes[point] == PointClass::Unknown)
             .map(|point| StaticPoint {
-                voxel: voxels[point],
-                in_map_m: points_in_map[point].cast(),
+                voxel: points.voxels[point],
+                in_map_m: points.in_map[point].cast(),
             });
         self.earlier_cycles.remember(of_static);
-        let map_from_continuous = cycle.map_from_continuous.unwrap_or_default();
-        let in_place = moving_in_place.iter().map(|&point| &points_in_map[point]);
+        let map_from_continuous = points.cycle.map_from_continuous.unwrap_or_default();
+        let in_place = moving_in_place.iter().map(|&point| &points.in_map[point]);
         let all = retracted.iter().chain(in_place);
         all.map(|point| (map_from_continuous * point).cast()).collect()
     }
@@ -249,12 +219,8 @@ impl FreeSpaceSegmenter {
     }
 
     /// Learns from a cycle: where static points end, and what is free before all that the image shows.
-    fn record(
-        &mut self,
-        cycle: &DetectedCycle,
-        (points_in_map, camera_in_map): (&[Point3<f64>], &Point3<f64>),
-        is_dynamic: &[bool],
-    ) {
+    fn record(&mut self, points: &CyclePoints<'_>, is_dynamic: &[bool]) {
+        let cycle = points.cycle;
         let filled = cycle.depth.as_ref().map(|frame| {
             self.depth_view.fill(&DepthInput {
                 image: frame.image(),
@@ -272,150 +238,11 @@ impl FreeSpaceSegmenter {
             // Without an image, or when the mount's pose is not finite, nothing is observed free.
             self.depth_view.clear();
         }
-        let is_static = |(point, is_dynamic): (_, &bool)| (!is_dynamic).then_some(point);
-        let of_static = points_in_map.iter().zip(is_dynamic).filter_map(is_static);
-        let update = self.occupancy.integrate(camera_in_map, &self.depth_view, of_static);
+        let is_hit = |point: &usize| !is_dynamic[*point] && self.is_in_reach(points, *point);
+        let hits = (0..points.len()).filter(is_hit).map(|point| points.voxels[point]);
+        let hits: Vec<VoxelKey> = hits.collect();
+        let update = self.occupancy.integrate(&self.depth_view, hits);
         self.evidence_is_whole = !update.is_incomplete;
-    }
-
-    fn known(&self, place: Place) -> Known {
-        match place {
-            Place::Free => Known::Free,
-            Place::Occupied { since, .. } if self.is_long_ago(since) => Known::Background,
-            Place::Occupied { .. } | Place::Unknown => Known::Unknown,
-        }
-    }
-
-    fn is_long_ago(&self, since: Stamp) -> bool {
-        self.last.is_some_and(|now| now.seconds_since(since) >= self.config.min_background_s)
-    }
-
-    /// The floor that this cycle shows, or else the one known, unless things lie below that.
-    fn floor_under(&self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Option<Floor> {
-        let near: Vec<Point3<f64>> = points_in_map
-            .iter()
-            .filter(|point| (*point - camera).norm() <= self.config.evidence_reach_m)
-            .copied()
-            .collect();
-        Floor::of(&near).or(self.floor.filter(|known| known.is_under(&near)))
-    }
-
-    /// What is known of the place of each point.
-    ///
-    /// Stale background is cleared where no return lies behind it: someone was there before a doorway or a hall, and left. What is
-    /// there now is another object.
-    fn known_places(&mut self, points_in_map: &[Point3<f64>], camera: &Point3<f64>) -> Vec<Known> {
-        let mut has_cleared = false;
-        let mut known = Vec::with_capacity(points_in_map.len());
-        for point in points_in_map {
-            let place = self.occupancy.place(point);
-            let is_gone = matches!(place, Place::Occupied { since, last }
-                if self.is_long_ago(since)
-                    && self.last.is_some_and(|now| {
-                        is_missed_long_enough(now.seconds_since(last), last.seconds_since(since))
-                    })
-                    && self.recent_views.has_gone(point, last, camera));
-            if is_gone {
-                self.occupancy.forget(point);
-                has_cleared = true;
-            }
-            known.push(self.known(place));
-        }
-        if has_cleared {
-            // Other points may be in the same voxels.
-            known.clear();
-            known.extend(points_in_map.iter().map(|point| self.known(self.occupancy.place(point))));
-        }
-        known
-    }
-
-    /// What each point is, by what is known of its place.
-    fn classes(
-        &self,
-        points_in_map: &[Point3<f64>],
-        known: &[Known],
-        camera: &Point3<f64>,
-    ) -> Vec<PointClass> {
-        // A foot's lowest voxel holds more of the floor than of the foot.
-        let sole_m = self.grid.edge_m() / 2.0;
-        points_in_map
-            .iter()
-            .zip(known)
-            .map(|(point, &known)| {
-                let in_reach = (point - camera).norm() <= self.config.evidence_reach_m;
-                let is_floor =
-                    self.floor.is_some_and(|floor| floor.height_above_m(point).abs() <= sole_m);
-                if !in_reach {
-                    return PointClass::Background;
-                }
-                if is_floor {
-                    // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor was hit
-                    // there or beside, whether or not rays to what is behind have passed over it.
-                    let is_foot = known != Known::Background && self.was_seen_empty(point, camera);
-                    return if is_foot { PointClass::SeenEmpty } else { PointClass::Background };
-                }
-                match known {
-                    Known::Background => PointClass::Background,
-                    Known::Unknown if self.was_seen_empty(point, camera) => PointClass::SeenEmpty,
-                    Known::Unknown => PointClass::Unknown,
-                    Known::Free if self.occupancy.is_near_surface(point, 1) => {
-                        PointClass::InFreeSpaceBesideSurface
-                    }
-                    Known::Free => PointClass::InFreeSpace,
-                }
-            })
-            .collect()
-    }
-
-    /// The points of bodies that move in their place.
-    fn find_moving_in_place(
-        &mut self,
-        cycle: &DetectedCycle,
-        (points_in_map, voxels): (&[Point3<f64>], &[VoxelKey]),
-        camera: &Point3<f64>,
-    ) -> Vec<usize> {
-        let edge_m = self.grid.edge_m();
-        let distances_m: Vec<f64> =
-            points_in_map.iter().map(|point| distance(point, camera)).collect();
-        // What is a voxel above the floor may be noise of it, and would join all that stands there.
-        let is_floor = |(point, distance_m): (&Point3<f64>, &f64)| {
-            self.floor.is_some_and(|floor| floor.height_above_m(point) <= edge_m)
-                || *distance_m > self.config.evidence_reach_m
-        };
-        let is_floor: Vec<bool> = points_in_map.iter().zip(&distances_m).map(is_floor).collect();
-        let noise = DepthNoise::default();
-        let is_intermittent: Vec<bool> = (0..points_in_map.len())
-            .map(|point| {
-                let most_off_m =
-                    SURE_IN_SIGMAS * f64::from(noise.sigma_m(distances_m[point] as f32));
-                !is_floor[point]
-                    && most_off_m <= edge_m
-                    && self.occupancy.is_intermittent(&points_in_map[point])
-            })
-            .collect();
-        let (view, points_in_rig) = (self.view, &cycle.reduced_cloud.points_m);
-        let is_at_border = |point: usize| {
-            let by_slope = edge_m / distances_m[point];
-            view.is_at_border(cycle, &points_in_rig[point].cast::<f64>(), by_slope)
-        };
-        let points = CyclePoints {
-            in_map_m: points_in_map,
-            voxels,
-            is_floor: &is_floor,
-            is_intermittent: &is_intermittent,
-            is_at_border: &is_at_border,
-        };
-        self.moving_in_place.bodies(&self.config, points)
-    }
-
-    /// Whether the camera would have seen in earlier cycles what is there now.
-    fn was_seen_empty(&self, point_in_map: &Point3<f64>, camera: &Point3<f64>) -> bool {
-        let was_empty =
-            |no_return_reach_m: f64| self.recent_views.was_empty(point_in_map, no_return_reach_m);
-        self.occupancy.is_untouched(point_in_map)
-            && was_empty(f64::INFINITY)
-            && (was_empty(AS_NEAR * distance(point_in_map, camera))
-                || !self.occupancy.is_near_surface(point_in_map, BORDER_VOXELS))
     }
 
     /// Points where an object had some a cycle ago, and of whose places nothing else is known: the last sliver of one that
@@ -438,7 +265,7 @@ impl FreeSpaceSegmenter {
     /// is known only as far as a body reaches.
     fn groups(
         &self,
-        points_in_map: &[Point3<f64>],
+        points: &CyclePoints<'_>,
         classes: &[PointClass],
         candidates: &Candidates<'_>,
         (seeds, moving_in_place): (&Seeds, &[usize]),
@@ -446,7 +273,7 @@ impl FreeSpaceSegmenter {
         let reach_m = self.config.max_object_width_m / 2.0;
         let within_a_body = |point: &Point3<f64>| {
             seeds.points.iter().any(|&seed| {
-                let seed = &points_in_map[seed];
+                let seed = &points.in_map[seed];
                 (point.xy() - seed.xy()).norm() <= reach_m
                     && (point.z - seed.z).abs() <= self.config.max_object_height_m
             })
@@ -457,7 +284,7 @@ impl FreeSpaceSegmenter {
         };
         candidates
             .grown_from(&seeds.points, |index| {
-                let point = &points_in_map[index];
+                let point = &points.in_map[index];
                 classes[index].is_in_free_space() || (is_low_enough(point) && within_a_body(point))
             })
             .into_iter()

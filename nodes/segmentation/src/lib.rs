@@ -11,6 +11,7 @@
 //!
 //! | module | step |
 //! |---|---|
+//! | [`cycle_points`] | the points of a cycle: each in the map, its voxel, distance and slopes |
 //! | `volume::Occupancy` (another crate) | which places of the map were seen free, and where something has been for long |
 //! | [`recent_views`] | which places the last cycles would have shown taken |
 //! | [`view`] | how far the camera sees to the sides |
@@ -29,7 +30,7 @@
 //! ```
 //! use geometry::{DynamicZone, ZoneSource};
 //! use nalgebra::Point3;
-//! use segmentation::angular::points_in_zone;
+//! use segmentation::angular::{azimuths_rad, points_in_zone};
 //! use segmentation::depth_clustering::{depth_groups, nearest_group};
 //!
 //! // A zone of 20 degrees ahead: an object at 1.5 m before a wall at 3 m. The last point is beside the zone.
@@ -41,7 +42,7 @@
 //!     returns: None,
 //! };
 //! let points_m = [[1.5, 0.0, 0.0], [1.52, 0.1, 0.2], [3.0, 0.1, 0.0], [3.0, 2.0, 0.0]].map(Point3::from);
-//! let in_zone = points_in_zone(&points_m, &zone);
+//! let in_zone = points_in_zone(&azimuths_rad(&points_m, &[zone]), &zone);
 //! assert_eq!(in_zone, [0, 1, 2]);
 //!
 //! let groups = depth_groups(in_zone.iter().map(|&index| points_m[index].x), 0.08);
@@ -52,6 +53,7 @@
 pub mod angular;
 pub mod config;
 mod continuous;
+pub mod cycle_points;
 pub mod depth_clustering;
 pub mod earlier_cycles;
 pub mod filter;

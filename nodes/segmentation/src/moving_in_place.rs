@@ -15,15 +15,15 @@ use nalgebra::Point3;
 use crate::FreeSpaceConfig;
 use crate::growth::{Candidates, PointClass};
 
-/// What a cycle shows, point by point.
+/// A body's parts among the points of a cycle.
 #[derive(Clone, Copy)]
-pub(crate) struct CyclePoints<'a> {
+pub(crate) struct Parts<'a> {
     /// The points, in the map.
-    pub(crate) in_map_m: &'a [Point3<f64>],
+    pub(crate) in_map: &'a [Point3<f64>],
     /// The voxel of each.
     pub(crate) voxels: &'a [VoxelKey],
-    /// Whether each is floor, or out of reach.
-    pub(crate) is_floor: &'a [bool],
+    /// Whether each may be part of a body: it is neither floor nor out of reach.
+    pub(crate) may_be_body: &'a [bool],
     /// Whether the place of each was hit in some cycles and free in others.
     pub(crate) is_intermittent: &'a [bool],
     /// Whether each is at the left or the right border of the image.
@@ -45,17 +45,13 @@ pub(crate) struct MovingInPlace {
 
 impl MovingInPlace {
     /// The points of the bodies that move in their place in a cycle, ascending.
-    pub(crate) fn bodies(
-        &mut self,
-        config: &FreeSpaceConfig,
-        points: CyclePoints<'_>,
-    ) -> Vec<usize> {
-        let CyclePoints { in_map_m, voxels, is_floor, is_intermittent, is_at_border } = points;
+    pub(crate) fn bodies(&mut self, config: &FreeSpaceConfig, parts: Parts<'_>) -> Vec<usize> {
+        let Parts { in_map, voxels, may_be_body, is_intermittent, is_at_border } = parts;
         let seeds: Vec<usize> = (0..voxels.len()).filter(|&point| is_intermittent[point]).collect();
-        let mut bodies = connected(is_floor, voxels, &seeds);
+        let mut bodies = connected(may_be_body, voxels, &seeds);
         let moving = |body: &[usize]| body.iter().filter(|point| is_intermittent[**point]).count();
         bodies.retain(|body| {
-            !body.iter().any(|&point| is_at_border(point)) && is_of_a_body(config, in_map_m, body)
+            !body.iter().any(|&point| is_at_border(point)) && is_of_a_body(config, in_map, body)
         });
         let of_bodies: usize = bodies.iter().map(|body| moving(body)).sum();
         let elsewhere = self.elsewhere - self.elsewhere.div_ceil(FORGOTTEN_A_CYCLE);
@@ -70,23 +66,22 @@ impl MovingInPlace {
 }
 
 /// What is connected to each seed: what is background is part of a body, too; only the floor parts one from another.
-fn connected(is_floor: &[bool], voxels: &[VoxelKey], seeds: &[usize]) -> Vec<Vec<usize>> {
+fn connected(may_be_body: &[bool], voxels: &[VoxelKey], seeds: &[usize]) -> Vec<Vec<usize>> {
     if seeds.is_empty() {
         return Vec::new();
     }
-    let class =
-        |&is_floor: &bool| if is_floor { PointClass::Background } else { PointClass::Unknown };
-    let classes: Vec<PointClass> = is_floor.iter().map(class).collect();
+    let class = |&may_be: &bool| if may_be { PointClass::Unknown } else { PointClass::Background };
+    let classes: Vec<PointClass> = may_be_body.iter().map(class).collect();
     Candidates::new(&classes, voxels).grown_from(seeds, |_| true)
 }
 
 /// Whether points are no farther apart than those of an object are.
-fn is_of_a_body(config: &FreeSpaceConfig, in_map_m: &[Point3<f64>], points: &[usize]) -> bool {
+fn is_of_a_body(config: &FreeSpaceConfig, in_map: &[Point3<f64>], points: &[usize]) -> bool {
     let mut least_m = Point3::from([f64::INFINITY; 3]);
     let mut most_m = Point3::from([f64::NEG_INFINITY; 3]);
     for &point in points {
-        least_m = least_m.inf(&in_map_m[point]);
-        most_m = most_m.sup(&in_map_m[point]);
+        least_m = least_m.inf(&in_map[point]);
+        most_m = most_m.sup(&in_map[point]);
     }
     let extent_m = most_m - least_m;
     extent_m.x <= config.max_object_width_m
@@ -114,21 +109,21 @@ mod tests {
             .into_iter()
             .map(|[x, y, z]| VoxelKey { x, y, z })
             .collect();
-        let in_map_m: Vec<Point3<f64>> = voxels
+        let in_map: Vec<Point3<f64>> = voxels
             .iter()
             .map(|&VoxelKey { x, y, z }| Point3::new(x, y, z).cast::<f64>() * EDGE_M)
             .collect();
         let all = 0..voxels.len();
         let of_floor = body.len() + wall.len();
-        let is_floor: Vec<bool> = all.clone().map(|point| point >= of_floor).collect();
+        let may_be_body: Vec<bool> = all.clone().map(|point| point < of_floor).collect();
         let of_wall = body.len()..body.len() + of_wall;
         let is_intermittent: Vec<bool> =
             all.map(|point| point < moving || of_wall.contains(&point)).collect();
         let is_at_border = |point: usize| voxels[point].y == border_y;
-        let points = CyclePoints {
-            in_map_m: &in_map_m,
+        let parts = Parts {
+            in_map: &in_map,
             voxels: &voxels,
-            is_floor: &is_floor,
+            may_be_body: &may_be_body,
             is_intermittent: &is_intermittent,
             is_at_border: &is_at_border,
         };
@@ -137,10 +132,10 @@ mod tests {
             let only_wall: Vec<bool> = (0..voxels.len())
                 .map(|point| (body.len()..body.len() + before).contains(&point))
                 .collect();
-            let points = CyclePoints { is_intermittent: &only_wall, ..points };
-            assert!(moving_in_place.bodies(&FreeSpaceConfig::default(), points).is_empty());
+            let parts = Parts { is_intermittent: &only_wall, ..parts };
+            assert!(moving_in_place.bodies(&FreeSpaceConfig::default(), parts).is_empty());
         }
-        let found = moving_in_place.bodies(&FreeSpaceConfig::default(), points);
+        let found = moving_in_place.bodies(&FreeSpaceConfig::default(), parts);
         assert!(found.iter().all(|point| *point < body.len()), "only the body is found");
         found.len()
     }

@@ -3,10 +3,12 @@
 use geometry::{DetectedCycle, DynamicZone, ReturnSpan};
 use nalgebra::{Point3, Vector3};
 
+use crate::FreeSpaceConfig;
+use crate::angular::{azimuths_rad, points_in_zone};
+use crate::cycle_points::CyclePoints;
 use crate::depth_clustering::{depth_groups, nearest_group};
 use crate::growth::{Candidates, PointClass};
 use crate::tracking::Prediction;
-use crate::{FreeSpaceConfig, angular::points_in_zone};
 
 /// Where nothing is known of the space around, points within this height above or below the scanner's plane are taken for
 /// what the beam hit: a hand's breadth of the camera's rows.
@@ -34,28 +36,29 @@ pub struct Seeds {
 #[must_use]
 pub fn seeds_of(
     config: &FreeSpaceConfig,
-    cycle: &DetectedCycle,
-    points_in_map: &[Point3<f64>],
+    points: &CyclePoints<'_>,
     classes: &[PointClass],
     candidates: &Candidates<'_>,
     expected: &[Prediction],
 ) -> Seeds {
+    let cycle = points.cycle;
+    let azimuths_rad = azimuths_rad(&cycle.reduced_cloud.points_m, &cycle.zones);
     let mut is_seed = vec![false; classes.len()];
     let mut is_of_zone = vec![false; classes.len()];
     let mut is_in_zone = vec![false; classes.len()];
     for zone in &cycle.zones {
-        let in_zone = points_in_zone(&cycle.reduced_cloud.points_m, zone);
+        let in_zone = points_in_zone(&azimuths_rad, zone);
         for &point in &in_zone {
             is_in_zone[point] = true;
         }
-        let beside = points_beside(cycle, zone, classes);
+        let beside = points_beside(&azimuths_rad, zone, &in_zone, classes);
         for point in zone_seeds(cycle, zone, &[in_zone, beside].concat(), classes) {
             is_seed[point] = true;
             is_of_zone[point] = true;
         }
     }
     for expected in expected {
-        for point in seeds_of_object(expected, points_in_map, classes, cycle.setup.voxel_edge_m) {
+        for point in seeds_of_object(expected, &points.in_map, classes, cycle.setup.voxel_edge_m) {
             is_seed[point] = true;
         }
     }
@@ -139,7 +142,12 @@ fn zone_seeds(
 }
 
 /// The newly occupied points beside a zone, away from any surface.
-fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, classes: &[PointClass]) -> Vec<usize> {
+fn points_beside(
+    azimuths_rad: &[Option<f64>],
+    zone: &DynamicZone,
+    in_zone: &[usize],
+    classes: &[PointClass],
+) -> Vec<usize> {
     let Some(ReturnSpan { nearest_m, .. }) = zone.returns else { return Vec::new() };
     let aside_rad = ASIDE_M.atan2(f64::from(nearest_m));
     let widened = DynamicZone {
@@ -147,9 +155,7 @@ fn points_beside(cycle: &DetectedCycle, zone: &DynamicZone, classes: &[PointClas
         azimuth_max_rad: zone.azimuth_max_rad + aside_rad,
         ..*zone
     };
-    let points_m = &cycle.reduced_cloud.points_m;
-    let in_zone = points_in_zone(points_m, zone);
-    points_in_zone(points_m, &widened)
+    points_in_zone(azimuths_rad, &widened)
         .into_iter()
         .filter(|point| classes[*point].is_apart_from_surfaces())
         .filter(|point| in_zone.binary_search(point).is_err())

@@ -17,7 +17,7 @@ use estimation::assignment::assign;
 use geometry::{Stamp, Track};
 use nalgebra::{Point3, Vector3};
 
-pub use self::observation::CycleCloud;
+pub use self::observation::CycleView;
 
 use self::clusters::clusters;
 use self::observation::{Observation, is_hidden};
@@ -105,8 +105,8 @@ impl Tracker {
     }
 
     /// Gives the groups of a cycle to the objects expected in it.
-    pub fn update(&mut self, cloud: &CycleCloud<'_>, groups: &[MovingGroup]) -> TrackerOutput {
-        let mut group_of = vec![None; cloud.points_in_map.len()];
+    pub fn update(&mut self, cycle: &CycleView<'_>, groups: &[MovingGroup]) -> TrackerOutput {
+        let mut group_of = vec![None; cycle.points.len()];
         for group in groups {
             for &point in &group.points {
                 group_of[point] = Some(group);
@@ -123,7 +123,7 @@ impl Tracker {
                 moves_in_place: 2 * count(|group| group.moves_in_place) >= points.len(),
             }
         };
-        let observations = self.observations(cloud, groups);
+        let observations = self.observations(cycle, groups);
         let given = assign(self.objects.len(), observations.len(), GATE, |row, column| {
             self.objects[row].distance2(&observations[column])
         });
@@ -135,13 +135,13 @@ impl Tracker {
             });
             match seen {
                 Some(observation) => {
-                    object.see(observation, self.now_s, cloud.cell_m);
+                    object.see(observation, self.now_s, cycle.cell_m);
                     object.add_motion_evidence(evidence_of(&observation.points), self.now_s);
                 }
                 None => object.miss(
-                    is_hidden(cloud, &object.visible_centre_m()),
+                    is_hidden(cycle, &object.visible_centre_m()),
                     self.now_s,
-                    cloud.view.has_bearing_of(cloud.cycle, &object.visible_centre_m()),
+                    cycle.view.has_bearing_of(cycle.points, &object.visible_centre_m()),
                 ),
             }
         }
@@ -149,7 +149,7 @@ impl Tracker {
         let settled = self.settle(&observations, &given);
         self.end();
         for (observation, _) in observations.iter().zip(&is_taken).filter(|(_, taken)| !**taken) {
-            self.begin(observation, cloud.cell_m, evidence_of(&observation.points));
+            self.begin(observation, cycle.cell_m, evidence_of(&observation.points));
         }
         self.number();
         let mut tracks: Vec<Track> =
@@ -159,7 +159,7 @@ impl Tracker {
     }
 
     /// The groups as objects: fragments joined, crossing objects parted by where they are expected.
-    fn observations(&self, cloud: &CycleCloud<'_>, groups: &[MovingGroup]) -> Vec<Observation> {
+    fn observations(&self, cycle: &CycleView<'_>, groups: &[MovingGroup]) -> Vec<Observation> {
         let expected: Vec<Point3<f64>> = self
             .objects
             .iter()
@@ -167,14 +167,14 @@ impl Tracker {
             .map(TrackedObject::visible_centre_m)
             .collect();
         let groups: Vec<&[usize]> = groups.iter().map(|group| &*group.points).collect();
-        let mut observations: Vec<Observation> = clusters(cloud, &groups, &expected)
+        let mut observations: Vec<Observation> = clusters(cycle, &groups, &expected)
             .into_iter()
-            .filter_map(|cluster| Observation::of(cloud, cluster.points, cluster.is_split))
+            .filter_map(|cluster| Observation::of(cycle, cluster.points, cluster.is_split))
             .collect();
         for index in 0..observations.len() {
             for other in 0..observations.len() {
                 if let Ok([behind, before]) = observations.get_disjoint_mut([index, other]) {
-                    behind.hide_behind(before, cloud.cell_m);
+                    behind.hide_behind(before, cycle.cell_m);
                 }
             }
         }

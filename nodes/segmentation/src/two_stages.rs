@@ -3,7 +3,7 @@
 use geometry::DetectedCycle;
 use nalgebra::Point3;
 
-use crate::angular::points_in_zone;
+use crate::angular::{azimuths_rad, points_in_zone};
 use crate::depth_clustering::{depth_groups, nearest_group};
 use crate::segmenter::{Judged, Step};
 
@@ -31,8 +31,9 @@ impl TwoStages {
         let points_in_rig_m = &cycle.reduced_cloud.points_m;
 
         // 3.2.5, eq. 6: the points between alpha1 and alpha2 are PCL_ZD, the others PCL_ze.
+        let azimuths_rad = azimuths_rad(points_in_rig_m, &cycle.zones);
         let in_zones: Vec<Vec<usize>> =
-            cycle.zones.iter().map(|zone| points_in_zone(points_in_rig_m, zone)).collect();
+            cycle.zones.iter().map(|zone| points_in_zone(&azimuths_rad, zone)).collect();
         observe(Step::Angular);
 
         // 3.2.6: of PCL_ZD, what is no farther than the nearest group is PCL_Din, the rest PCL_Oe.

@@ -1,10 +1,8 @@
 //! How far the camera sees to the sides, in slopes: how far to the left a ray goes for each metre forward in the rig.
 
-use geometry::DetectedCycle;
-use nalgebra::{Point3, Vector2};
+use nalgebra::Point3;
 
-/// A point nearer to the camera's plane than this has no slope that means anything.
-pub(crate) const MIN_SLOPE_DEPTH_M: f64 = 0.1;
+use crate::cycle_points::CyclePoints;
 
 /// The right and the left border of the view. The image has more columns than some cameras ever measure in, so it is the widest
 /// that points showed.
@@ -24,44 +22,33 @@ impl Default for View {
 
 impl View {
     /// Takes in what a cycle shows.
-    pub fn widen(&mut self, cycle: &DetectedCycle) {
-        for point in &cycle.reduced_cloud.points_m {
-            if let Some(slopes) = slopes(cycle, &point.cast::<f64>()) {
-                self.right = self.right.min(slopes.x);
-                self.left = self.left.max(slopes.x);
-            }
+    pub fn widen(&mut self, points: &CyclePoints<'_>) {
+        for slopes in points.slopes.iter().flatten() {
+            self.right = self.right.min(slopes.x);
+            self.left = self.left.max(slopes.x);
         }
     }
 
-    /// Whether a point of the map lies between its borders, however high.
-    pub(crate) fn has_bearing_of(&self, cycle: &DetectedCycle, point_in_map: &Point3<f64>) -> bool {
-        let in_rig = cycle.continuous_from_rig().inverse_transform_point(point_in_map);
-        slopes(cycle, &in_rig).is_some_and(|slopes| (self.right..=self.left).contains(&slopes.x))
-    }
-
-    /// Whether a point of the rig is no farther from one of its borders than by a slope.
-    pub(crate) fn is_at_border(
+    /// Whether a place of the map lies between its borders, however high.
+    pub(crate) fn has_bearing_of(
         &self,
-        cycle: &DetectedCycle,
-        point_in_rig: &Point3<f64>,
-        by: f64,
+        points: &CyclePoints<'_>,
+        place_in_map: &Point3<f64>,
     ) -> bool {
-        slopes(cycle, point_in_rig)
-            .is_some_and(|slopes| slopes.x <= self.right + by || slopes.x >= self.left - by)
+        let slopes = points.slopes_to(place_in_map);
+        slopes.is_some_and(|slopes| (self.right..=self.left).contains(&slopes.x))
     }
-}
 
-/// Sideways and upward slope of the ray from the camera to a point; `None` beside or behind the camera, and for points that are
-/// not finite.
-pub(crate) fn slopes(cycle: &DetectedCycle, point_in_rig: &Point3<f64>) -> Option<Vector2<f64>> {
-    let ray_m = point_in_rig - cycle.setup.mounts.camera_in_rig_m();
-    let is_finite = ray_m.iter().all(|along_m| along_m.is_finite());
-    (is_finite && ray_m.x > MIN_SLOPE_DEPTH_M).then(|| Vector2::new(ray_m.y, ray_m.z) / ray_m.x)
+    /// Whether a point is no farther from one of its borders than by a slope.
+    pub(crate) fn is_at_border(&self, points: &CyclePoints<'_>, point: usize, by: f64) -> bool {
+        let slopes = points.slopes.get(point).copied().flatten();
+        slopes.is_some_and(|slopes| slopes.x <= self.right + by || slopes.x >= self.left - by)
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use geometry::{Cloud, CycleSetup, Stamp};
+    use geometry::{Cloud, CycleSetup, DetectedCycle, Stamp, VoxelGrid};
 
     use super::*;
 
@@ -88,9 +75,10 @@ mod tests {
     fn it_is_as_wide_as_what_was_seen_before_the_camera() {
         let seen = [[2.0, 1.0, 0.0], [2.0, -0.6, 1.0], [-3.0, 9.0, 0.0], [0.05, 9.0, 0.0]];
         let cycle = cycle_of(seen.map(Point3::from).to_vec());
+        let points = CyclePoints::of(&cycle, &VoxelGrid::new(0.08).unwrap());
         let mut view = View::default();
-        assert!(!view.has_bearing_of(&cycle, &Point3::new(2.0, 0.0, 0.0)), "nothing was seen");
-        view.widen(&cycle);
+        assert!(!view.has_bearing_of(&points, &Point3::new(2.0, 0.0, 0.0)), "nothing was seen");
+        view.widen(&points);
         assert_eq!((view.right as f32, view.left), (-0.3, 0.5));
         for (place, is_between) in [
             ([4.0, 2.0, 5.0], true),
@@ -100,7 +88,7 @@ mod tests {
             ([-4.0, 0.0, 0.0], false),
             ([f64::NAN, 0.0, 0.0], false),
         ] {
-            assert_eq!(view.has_bearing_of(&cycle, &place.into()), is_between, "{place:?}");
+            assert_eq!(view.has_bearing_of(&points, &place.into()), is_between, "{place:?}");
         }
     }
 }

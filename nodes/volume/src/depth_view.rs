@@ -257,6 +257,12 @@ impl DepthView {
         self.stamp
     }
 
+    /// The noise of its depths.
+    #[must_use]
+    pub fn noise(&self) -> DepthNoise {
+        self.noise
+    }
+
     /// The pose of the camera: the transform from its frame to the map.
     #[must_use]
     pub fn map_from_camera(&self) -> &Isometry3<f64> {

@@ -16,7 +16,6 @@ mod config;
 mod update;
 
 use geometry::{Stamp, VoxelGrid, VoxelKey};
-use nalgebra::Point3;
 
 use crate::block::{BlockKey, voxel_index};
 use crate::cell::{Cell, CellState};
@@ -91,14 +90,11 @@ impl Occupancy {
         self.now = self.ticks.at(stamp).max(self.now.saturating_add(1));
     }
 
-    /// The state of the place of a point of the map.
+    /// The state of a voxel.
     #[must_use]
-    pub fn place(&self, point_in_map: &Point3<f64>) -> Place {
-        self.voxel(point_in_map).map_or(Place::Unknown, |voxel| self.place_of(&self.cell(voxel)))
-    }
-
-    fn place_of(&self, cell: &Cell) -> Place {
+    pub fn place(&self, voxel: VoxelKey) -> Place {
         let stamp = |tick| self.ticks.stamp(tick).unwrap_or_default();
+        let cell = self.cell(voxel);
         match cell.state() {
             CellState::Unknown => Place::Unknown,
             CellState::Free => Place::Free,
@@ -116,60 +112,41 @@ impl Occupancy {
         block.map_or_else(Cell::default, |block| block.cell(voxel_index(voxel)))
     }
 
-    /// Whether something was in a place in some cycles, and nothing in others.
+    /// Whether a voxel was hardly ever hit, and no surface is beside it.
     #[must_use]
-    pub fn is_intermittent(&self, point_in_map: &Point3<f64>) -> bool {
-        self.voxel(point_in_map).is_some_and(|voxel| self.cell(voxel).is_intermittent())
-    }
-
-    /// Whether a place was hardly ever hit, and no surface is beside it.
-    #[must_use]
-    pub fn is_untouched(&self, point_in_map: &Point3<f64>) -> bool {
-        let was_hit = self.voxel(point_in_map).is_some_and(|voxel| self.cell(voxel).was_hit());
-        !was_hit && !self.is_near_surface(point_in_map, 1)
+    pub fn is_untouched(&self, voxel: VoxelKey) -> bool {
+        !self.cell(voxel).was_hit() && !self.is_near_surface(voxel, 1)
     }
 
     /// Whether one of the voxels no more than `steps` away along each axis is, or may be, part of a surface. Not all voxels of a
     /// surface are hit in each cycle, so that a single point in free space beside one may be noise.
     #[must_use]
-    pub fn is_near_surface(&self, point_in_map: &Point3<f64>, steps: i32) -> bool {
-        self.voxel(point_in_map).is_some_and(|voxel| {
-            let beside = voxel.within(steps).filter(|beside| *beside != voxel);
-            beside.into_iter().any(|beside| self.cell(beside).may_be_surface())
-        })
+    pub fn is_near_surface(&self, voxel: VoxelKey, steps: i32) -> bool {
+        let mut beside = voxel.within(steps).filter(|beside| *beside != voxel);
+        beside.any(|beside| self.cell(beside).may_be_surface())
     }
 
-    /// Sets a place to free: the camera would have seen before what is there now.
-    pub fn take_for_free(&mut self, point_in_map: &Point3<f64>) {
-        self.change(point_in_map, Cell::take_for_free);
+    /// Sets a voxel to free: the camera would have seen before what is there now.
+    pub fn take_for_free(&mut self, voxel: VoxelKey) {
+        self.change(voxel, Cell::take_for_free);
     }
 
-    /// Sets a place to occupied since a time: a tracked object is there that has stopped for good.
-    pub fn take_for_occupied(&mut self, point_in_map: &Point3<f64>, since: Stamp) {
+    /// Sets a voxel to occupied since a time: a tracked object is there that has stopped for good.
+    pub fn take_for_occupied(&mut self, voxel: VoxelKey, since: Stamp) {
         let (since, now) = (self.ticks.at(since), self.now);
-        self.change(point_in_map, |cell| cell.take_for_occupied(since, now));
+        self.change(voxel, |cell| cell.take_for_occupied(since, now));
     }
 
-    /// Sets a place to unknown.
-    pub fn forget(&mut self, point_in_map: &Point3<f64>) {
-        self.change(point_in_map, |cell| *cell = Cell::default());
+    /// Sets a voxel to unknown.
+    pub fn forget(&mut self, voxel: VoxelKey) {
+        self.change(voxel, |cell| *cell = Cell::default());
     }
 
-    fn change(&mut self, point_in_map: &Point3<f64>, change: impl FnOnce(&mut Cell)) {
-        let Some(voxel) = self.voxel(point_in_map) else { return };
+    fn change(&mut self, voxel: VoxelKey, change: impl FnOnce(&mut Cell)) {
         let slot = self.slot_or_new(BlockKey::of(voxel), &mut OccupancyUpdate::default());
         if let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) {
             change(block.cell_mut(voxel_index(voxel)));
         }
-    }
-
-    /// The voxel of a point; `None` if a coordinate is not finite.
-    fn voxel(&self, point_in_map: &Point3<f64>) -> Option<VoxelKey> {
-        let [x, y, z] = (point_in_map.coords / self.config.edge_m).into();
-        let is_finite = f64::is_finite(x) && f64::is_finite(y) && f64::is_finite(z);
-        // The casts saturate.
-        let cell = |value: f64| value.floor() as i32;
-        is_finite.then(|| VoxelKey { x: cell(x), y: cell(y), z: cell(z) })
     }
 
     /// Clears all evidence.

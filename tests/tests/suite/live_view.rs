@@ -168,7 +168,7 @@ async fn a_browser_gets_the_map_that_the_topic_has() {
         // A step may lead over the face of a voxel, and so the points are compared and not the voxels.
         shown.len() == expected.len()
             && shown.iter().all(|at_m| {
-                grid.key(&at_m.cast()).with_neighbours().any(|key| {
+                grid.key(at_m).with_neighbours().any(|key| {
                     let point = expected.get(&key);
                     point.is_some_and(|point| (at_m - point.cast::<f64>()).amax() <= half_m)
                 })

@@ -110,7 +110,7 @@ impl DecodedPage {
                     f64::from(tile) * tile_edge_m + f64::from(steps[axis]) * f64::from(self.step_m)
                 };
                 let at_m = Point3::new(at(0), at(1), at(2));
-                (grid.key(&at_m.cast()), at_m)
+                (grid.key(&at_m), at_m)
             })
         })
     }

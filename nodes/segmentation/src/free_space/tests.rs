@@ -328,7 +328,7 @@ fn an_empty_room_has_no_object() {
 #[test]
 fn background_takes_min_background_s_however_many_cycles_show_it() {
     let wall = upright(3.04, [-0.6, 0.6], [-0.6, 0.6]);
-    let in_map = wall[wall.len() / 2].cast();
+    let in_map = wall[wall.len() / 2].cast::<f64>();
     let mut random = Random::new(1);
     let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
     let grid = config().pipeline.voxel_grid().unwrap();
@@ -337,7 +337,7 @@ fn background_takes_min_background_s_however_many_cycles_show_it() {
         let mut cycle = with_points(&view.cycle, 0, wall.clone());
         cycle.reduced_cloud.stamp = Stamp::from_nanos(0).plus_seconds(stamp_s);
         segmenter.step(&cycle, &mut |_| ());
-        segmenter.known(segmenter.occupancy.place(&in_map))
+        segmenter.known(segmenter.occupancy.place(segmenter.grid.key(&in_map)))
     };
     for cycle in 0..30 {
         assert_eq!(step(0.03 * f64::from(cycle)), Known::Unknown, "{cycle}");

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::observation::CycleCloud;
+use super::observation::CycleView;
 
 /// Groups whose footprints are nearer than this are one object: legs and trunk with a table between.
 const JOIN_M: f64 = 0.2;
@@ -26,11 +26,11 @@ pub(super) struct Cluster {
 
 /// The objects that groups of points make up, where objects are expected at `expected` in the map.
 pub(super) fn clusters(
-    cloud: &CycleCloud<'_>,
+    cycle: &CycleView<'_>,
     groups: &[&[usize]],
     expected: &[Point3<f64>],
 ) -> Vec<Cluster> {
-    joined(cloud, groups).into_iter().flat_map(|points| parted(cloud, points, expected)).collect()
+    joined(cycle, groups).into_iter().flat_map(|points| parted(cycle, points, expected)).collect()
 }
 
 fn horizontal_m(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
@@ -38,8 +38,8 @@ fn horizontal_m(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
 }
 
 /// Joins groups whose footprints come near each other, and those above another across a gap.
-fn joined(cloud: &CycleCloud<'_>, groups: &[&[usize]]) -> Vec<Vec<usize>> {
-    let place = |index: usize| &cloud.points_in_map[index];
+fn joined(cycle: &CycleView<'_>, groups: &[&[usize]]) -> Vec<Vec<usize>> {
+    let place = |index: usize| &cycle.points.in_map[index];
     let heights_m = |group: &[usize]| {
         group
             .iter()
@@ -74,8 +74,8 @@ fn joined(cloud: &CycleCloud<'_>, groups: &[&[usize]]) -> Vec<Vec<usize>> {
 }
 
 /// Parts a cluster in which more than one object is expected: each point goes to the nearest.
-fn parted(cloud: &CycleCloud<'_>, points: Vec<usize>, expected: &[Point3<f64>]) -> Vec<Cluster> {
-    let place = |index: usize| &cloud.points_in_map[index];
+fn parted(cycle: &CycleView<'_>, points: Vec<usize>, expected: &[Point3<f64>]) -> Vec<Cluster> {
+    let place = |index: usize| &cycle.points.in_map[index];
     let claiming: Vec<&Point3<f64>> = expected
         .iter()
         .filter(|centre| points.iter().any(|&p| horizontal_m(centre, place(p)) <= CLAIM_M))

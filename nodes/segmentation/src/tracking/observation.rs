@@ -1,20 +1,16 @@
 //! What one cycle shows of an object.
 
-use geometry::DetectedCycle;
 use nalgebra::{Point3, Vector2, Vector3};
 
-use crate::view::{MIN_SLOPE_DEPTH_M, View, slopes};
+use crate::cycle_points::{CyclePoints, MIN_SLOPE_DEPTH_M};
+use crate::view::View;
 
-/// One cycle's cloud in both frames, and what the camera can see.
+/// What the camera sees in one cycle.
 #[derive(Clone, Copy, Debug)]
-pub struct CycleCloud<'a> {
-    /// The cycle that the points are of.
-    pub cycle: &'a DetectedCycle,
-    /// Its points in the map, in their order.
-    pub points_in_map: &'a [Point3<f64>],
-    /// The camera in the map.
-    pub camera_in_map: Point3<f64>,
-    /// What the camera sees to the sides.
+pub struct CycleView<'a> {
+    /// The points.
+    pub points: &'a CyclePoints<'a>,
+    /// How far it sees to the sides.
     pub view: View,
     /// The edge of a voxel.
     pub cell_m: f64,
@@ -68,10 +64,10 @@ pub(super) struct End {
 
 impl Observation {
     /// What these points show; `None` where none lies before the camera.
-    pub(super) fn of(cloud: &CycleCloud<'_>, points: Vec<usize>, is_split: bool) -> Option<Self> {
-        let seen: Vec<Seen> = points.iter().filter_map(|&index| Seen::of(cloud, index)).collect();
+    pub(super) fn of(cycle: &CycleView<'_>, points: Vec<usize>, is_split: bool) -> Option<Self> {
+        let seen: Vec<Seen> = points.iter().filter_map(|&index| Seen::of(cycle, index)).collect();
         let centre_m = visible_centre_m(&seen)?;
-        let towards = centre_m - cloud.camera_in_map;
+        let towards = centre_m - cycle.points.camera_in_map;
         let across = Vector3::z().cross(&towards).try_normalize(f64::EPSILON)?;
         let (mut least, mut most) = (centre_m.coords, centre_m.coords);
         let mut right = End { along_m: f64::INFINITY, slope: f64::INFINITY, is_cut: false };
@@ -86,14 +82,14 @@ impl Observation {
             left.slope = left.slope.max(slope.x);
         }
         // The outermost voxel of the view may hold no point of the object, so one is allowed for.
-        let voxel_slope = cloud.cell_m / towards.norm().max(MIN_SLOPE_DEPTH_M);
-        right.is_cut = right.slope <= cloud.view.right + voxel_slope;
-        left.is_cut = left.slope >= cloud.view.left - voxel_slope;
-        let half_a_voxel_m = Vector3::repeat(0.5 * cloud.cell_m);
+        let voxel_slope = cycle.cell_m / towards.norm().max(MIN_SLOPE_DEPTH_M);
+        right.is_cut = right.slope <= cycle.view.right + voxel_slope;
+        left.is_cut = left.slope >= cycle.view.left - voxel_slope;
+        let half_a_voxel_m = Vector3::repeat(0.5 * cycle.cell_m);
         Some(Self {
             points,
             centre_m,
-            extent_m: most - least + Vector3::repeat(cloud.cell_m),
+            extent_m: most - least + Vector3::repeat(cycle.cell_m),
             reach_m: Reach {
                 down_m: least - centre_m.coords - half_a_voxel_m,
                 up_m: most - centre_m.coords + half_a_voxel_m,
@@ -131,12 +127,12 @@ struct Seen {
 
 impl Seen {
     /// `None` beside or behind the camera.
-    fn of(cloud: &CycleCloud<'_>, index: usize) -> Option<Self> {
-        let in_rig = cloud.cycle.reduced_cloud.points_m.get(index)?.cast::<f64>();
+    fn of(cycle: &CycleView<'_>, index: usize) -> Option<Self> {
+        let points = cycle.points;
         Some(Self {
-            slope: slopes(cloud.cycle, &in_rig)?,
-            in_map_m: *cloud.points_in_map.get(index)?,
-            count: f64::from(*cloud.cycle.voxel_points.get(index)?),
+            slope: (*points.slopes.get(index)?)?,
+            in_map_m: *points.in_map.get(index)?,
+            count: f64::from(*points.cycle.voxel_points.get(index)?),
         })
     }
 }
@@ -151,16 +147,17 @@ fn visible_centre_m(seen: &[Seen]) -> Option<Point3<f64>> {
 
 /// Whether something hides a place of the map: points of the cycle, clearly nearer, in the same
 /// direction to the width of a voxel.
-pub(super) fn is_hidden(cloud: &CycleCloud<'_>, place_in_map: &Point3<f64>) -> bool {
-    let in_rig = cloud.cycle.continuous_from_rig().inverse_transform_point(place_in_map);
-    let Some(direction) = slopes(cloud.cycle, &in_rig) else { return false };
-    let camera_x_m = cloud.cycle.setup.mounts.camera_in_rig_m().x;
-    let depth_m = in_rig.x - camera_x_m;
-    let width = cloud.cell_m / depth_m;
-    cloud.cycle.reduced_cloud.points_m.iter().any(|point| {
-        let point = point.cast::<f64>();
-        slopes(cloud.cycle, &point).is_some_and(|slope| {
-            (slope - direction).amax() <= width && point.x - camera_x_m < depth_m - HIDING_M
+pub(super) fn is_hidden(cycle: &CycleView<'_>, place_in_map: &Point3<f64>) -> bool {
+    let points = cycle.points;
+    let Some(direction) = points.slopes_to(place_in_map) else { return false };
+    let (nearer_m, width) = {
+        let depth_m = points.depth_of_m(place_in_map);
+        (depth_m - HIDING_M, cycle.cell_m / depth_m)
+    };
+    let camera_x_m = points.cycle.setup.mounts.camera_in_rig_m().x;
+    points.slopes.iter().zip(&points.cycle.reduced_cloud.points_m).any(|(slopes, in_rig_m)| {
+        slopes.is_some_and(|slopes| {
+            (slopes - direction).amax() <= width && f64::from(in_rig_m.x) - camera_x_m < nearer_m
         })
     })
 }

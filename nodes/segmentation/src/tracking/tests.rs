@@ -1,7 +1,8 @@
-use geometry::{Cloud, DetectedCycle};
+use geometry::{Cloud, DetectedCycle, VoxelGrid};
 use nalgebra::Isometry3;
 
 use super::*;
+use crate::cycle_points::CyclePoints;
 use crate::view::View;
 
 const CELL_M: f64 = 0.08;
@@ -48,24 +49,21 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
     (cycle, groups)
 }
 
-/// The points of a cycle whose rig stands where the map begins.
-fn in_map(cycle: &DetectedCycle) -> Vec<Point3<f64>> {
-    cycle.reduced_cloud.points_m.iter().map(|point| point.cast::<f64>()).collect()
+fn points_of(cycle: &DetectedCycle) -> CyclePoints<'_> {
+    CyclePoints::of(cycle, &VoxelGrid::new(CELL_M).unwrap())
 }
 
-/// A cycle's cloud, and the view that it spans.
-fn cloud<'a>(cycle: &'a DetectedCycle, points_in_map: &'a [Point3<f64>]) -> CycleCloud<'a> {
+/// What a cycle shows, and the view that it spans.
+fn seen<'a>(points: &'a CyclePoints<'a>) -> CycleView<'a> {
     let mut view = View::default();
-    view.widen(cycle);
-    CycleCloud { cycle, points_in_map, camera_in_map: Point3::origin(), view, cell_m: CELL_M }
+    view.widen(points);
+    CycleView { points, view, cell_m: CELL_M }
 }
 
 fn update(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
     let (cycle, groups) = cycle(index, screens);
-    let points_in_map = in_map(&cycle);
-    let cloud = cloud(&cycle, &points_in_map);
     tracker.predict(cycle.reduced_cloud.stamp);
-    tracker.update(&cloud, &groups).tracks
+    tracker.update(&seen(&points_of(&cycle)), &groups).tracks
 }
 
 fn tracker() -> Tracker {
@@ -168,16 +166,12 @@ fn what_hangs_above_a_group_belongs_to_it_and_what_stands_beside_it_does_not() {
     };
     let mut cycle = cycle(0, &[]).0;
     let mut objects = |bottom: (f64, f64), top: (f64, f64)| {
-        let points_in_map: Vec<Point3<f64>> =
-            column(bottom.0, bottom.1).chain(column(top.0, top.1)).collect();
-        cycle.reduced_cloud.points_m = points_in_map.iter().map(|point| point.cast()).collect();
-        let cloud = CycleCloud {
-            cycle: &cycle,
-            points_in_map: &points_in_map,
-            camera_in_map: Point3::origin(),
-            view: View::default(),
-            cell_m: CELL_M,
-        };
+        cycle.reduced_cloud.points_m = column(bottom.0, bottom.1)
+            .chain(column(top.0, top.1))
+            .map(|point: Point3<f64>| point.cast())
+            .collect();
+        let points = points_of(&cycle);
+        let cloud = CycleView { points: &points, view: View::default(), cell_m: CELL_M };
         super::clusters::clusters(&cloud, &[&[0, 1, 2, 3], &[4, 5, 6, 7]], &[]).len()
     };
     assert_eq!(objects((2.3, -1.1), (2.0, 0.1)), 1, "the screen before and above its base");
@@ -194,14 +188,13 @@ fn all_of_what_was_seen_is_expected_wherever_most_of_its_pixels_are() {
     cycle.reduced_cloud.points_m.push(Point3::new(2.3, 0.0, -1.2));
     cycle.voxel_points.push(1);
     groups[0].points.push(base);
-    let points_in_map = in_map(&cycle);
-    let cloud = cloud(&cycle, &points_in_map);
+    let points = points_of(&cycle);
     let mut tracker = tracker();
     tracker.predict(cycle.reduced_cloud.stamp);
-    tracker.update(&cloud, &groups);
+    tracker.update(&seen(&points), &groups);
     let expected = tracker.predict(cycle.reduced_cloud.stamp)[0];
     for &point in &groups[0].points {
-        let offset_m = (points_in_map[point] - expected.centre_m).abs();
+        let offset_m = (points.in_map[point] - expected.centre_m).abs();
         assert!(offset_m <= expected.half_extent_m, "{point}: {offset_m} of {expected:?}");
     }
 }

@@ -1,5 +1,6 @@
 //! Update of the evidence by an image.
 
+use geometry::VoxelKey;
 use nalgebra::{Point3, Vector3};
 
 use super::block::{Bits, OccupancyBlock};
@@ -16,33 +17,25 @@ const FREE_BEFORE_IN_EDGES: f64 = 1.0;
 const DROPPED_SHARE: usize = 4;
 
 impl Occupancy {
-    /// Adds a cycle of a camera at `camera_in_map`: its static points, each the mean of a voxel's depths, and the image that they
-    /// were computed from. An empty view marks nothing as free.
-    pub fn integrate<'a>(
+    /// Adds a cycle: the voxels of its static points in reach of the camera, each point the mean of a voxel's depths, and the image that
+    /// they were computed from. An empty view marks nothing as free.
+    pub fn integrate(
         &mut self,
-        camera_in_map: &Point3<f64>,
         view: &DepthView,
-        static_points_in_map: impl IntoIterator<Item = &'a Point3<f64>>,
+        hits: impl IntoIterator<Item = VoxelKey>,
     ) -> OccupancyUpdate {
         let mut update = OccupancyUpdate::default();
         self.image = self.image.wrapping_add(1);
-        self.hit(camera_in_map, static_points_in_map, &mut update);
+        self.hit(hits, &mut update);
         if !view.is_empty() {
             with_projection!(view.kind, projection => self.pass(view, projection, &mut update));
         }
         update
     }
 
-    fn hit<'a>(
-        &mut self,
-        camera_in_map: &Point3<f64>,
-        points_in_map: impl IntoIterator<Item = &'a Point3<f64>>,
-        update: &mut OccupancyUpdate,
-    ) {
+    fn hit(&mut self, hits: impl IntoIterator<Item = VoxelKey>, update: &mut OccupancyUpdate) {
         let (image, now) = (self.image, self.now);
-        for point in points_in_map {
-            let is_in_reach = nalgebra::distance(point, camera_in_map) <= self.config.reach_m;
-            let Some(voxel) = self.voxel(point).filter(|_| is_in_reach) else { continue };
+        for voxel in hits {
             let slot = self.slot_or_new(BlockKey::of(voxel), update);
             if let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) {
                 block.hit(voxel_index(voxel), image, now);

@@ -54,7 +54,7 @@ fn covered(map: &Map) -> (f64, f64) {
     let off_m = points.iter().map(|(point, _)| (point - on_wall).dot(&normal).abs());
     let grid = VoxelGrid::new(1.5 * map.grid().edge_m()).unwrap();
     let occupied: std::collections::HashSet<VoxelKey> =
-        points.iter().map(|(point, _)| grid.key(&point.cast())).collect();
+        points.iter().map(|(point, _)| grid.key(point)).collect();
     let is_covered =
         |place: &&Point3<f32>| grid.key(place).with_neighbours().any(|key| occupied.contains(&key));
     let covered = wall.iter().filter(is_covered).count();

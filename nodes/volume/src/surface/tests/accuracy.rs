@@ -86,7 +86,7 @@ fn a_room_with_the_noise_of_a_kinect_is_accurate_and_complete() {
                 continue;
             }
             seen += 1;
-            let key = surface.grid().key(&place.cast());
+            let key = surface.grid().key(&place.cast::<f32>());
             covered += usize::from(key.with_neighbours().any(|beside| voxels.contains(&beside)));
         }
     }
