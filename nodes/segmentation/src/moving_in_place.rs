@@ -76,7 +76,11 @@ fn connected(may_be_body: &[bool], voxels: &[VoxelKey], seeds: &[usize]) -> Vec<
 }
 
 /// Whether points are no farther apart than those of an object are.
-fn is_of_a_body(config: &FreeSpaceConfig, in_map: &[Point3<f64>], points: &[usize]) -> bool {
+pub(crate) fn is_of_a_body(
+    config: &FreeSpaceConfig,
+    in_map: &[Point3<f64>],
+    points: &[usize],
+) -> bool {
     let mut least_m = Point3::from([f64::INFINITY; 3]);
     let mut most_m = Point3::from([f64::NEG_INFINITY; 3]);
     for &point in points {

@@ -6,8 +6,8 @@ use volume::{AS_NEAR, Place, is_missed_long_enough};
 use super::FreeSpaceSegmenter;
 use crate::cycle_points::CyclePoints;
 use crate::floor::Floor;
-use crate::growth::PointClass;
-use crate::moving_in_place::Parts;
+use crate::growth::{Candidates, PointClass};
+use crate::moving_in_place::{Parts, is_of_a_body};
 
 /// A surface that comes into range continues what was seen of it before. A camera at 0.5 m/s and 7 Hz comes a voxel of the
 /// thesis closer in a cycle, and a surface is known after two.
@@ -84,15 +84,11 @@ impl FreeSpaceSegmenter {
 
     /// What each point is, by what is known of its place.
     pub(super) fn classes(&self, points: &CyclePoints<'_>, known: &[Known]) -> Vec<PointClass> {
-        // A foot's lowest voxel holds more of the floor than of the foot.
-        let sole_m = self.grid.edge_m() / 2.0;
         let class = |(point, &known): (usize, &Known)| {
-            let is_floor =
-                |floor: Floor| floor.height_above_m(&points.in_map[point]).abs() <= sole_m;
             if !self.is_in_reach(points, point) {
                 return PointClass::Background;
             }
-            if self.floor.is_some_and(is_floor) {
+            if self.is_of_floor(&points.in_map[point]) {
                 // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor was hit
                 // there or beside, whether or not rays to what is behind have passed over it.
                 let is_foot = known != Known::Background && self.was_seen_empty(points, point);
@@ -108,7 +104,45 @@ impl FreeSpaceSegmenter {
                 Known::Free => PointClass::InFreeSpace,
             }
         };
-        known.iter().enumerate().map(class).collect()
+        let mut classes: Vec<PointClass> = known.iter().enumerate().map(class).collect();
+        self.leave_what_is_no_body(points, &mut classes);
+        classes
+    }
+
+    /// Takes what came into view without being seen before, where nothing had returned, for what it may be: a surface, unless it is no
+    /// larger than a body. A person right before the lens, nearer than the camera can measure, leaves no return in half of the image,
+    /// and what is behind appears when she has passed.
+    fn leave_what_is_no_body(&self, points: &CyclePoints<'_>, classes: &mut [PointClass]) {
+        let only_no_return = |&point: &usize| {
+            classes[point] == PointClass::SeenEmpty
+                && !self.recent_views.was_empty(&points.in_map[point], 0.0)
+        };
+        let seeds: Vec<usize> = (0..points.len()).filter(only_no_return).collect();
+        if seeds.is_empty() {
+            return;
+        }
+        // The images of a far surface leave more than a voxel empty here and there: linked as in free space, it is in one piece.
+        let linked = |class: &PointClass| match class {
+            PointClass::SeenEmpty | PointClass::Unknown => PointClass::InFreeSpace,
+            _ => PointClass::Background,
+        };
+        let linked: Vec<PointClass> = classes.iter().map(linked).collect();
+        for group in Candidates::new(&linked, &points.voxels).grown_from(&seeds, |_| true) {
+            if is_of_a_body(&self.config, &points.in_map, &group) {
+                continue;
+            }
+            for point in group.into_iter().filter(|point| seeds.binary_search(point).is_ok()) {
+                let is_of_floor = self.is_of_floor(&points.in_map[point]);
+                classes[point] =
+                    if is_of_floor { PointClass::Background } else { PointClass::Unknown };
+            }
+        }
+    }
+
+    /// Whether the voxel of a point holds more of the floor than of a foot.
+    fn is_of_floor(&self, point: &Point3<f64>) -> bool {
+        let sole_m = self.grid.edge_m() / 2.0;
+        self.floor.is_some_and(|floor| floor.height_above_m(point).abs() <= sole_m)
     }
 
     /// Whether the camera would have seen in earlier cycles what is there now.

@@ -262,6 +262,30 @@ fn a_floor_that_comes_into_range_is_not_newly_occupied() {
     }
 }
 
+/// Regression: a person right before the lens, nearer than the camera can measure, left no return in half of the image. The walls and
+/// the floor that appeared when she had passed were newly occupied: 2 % of the static points of a flat.
+#[test]
+fn a_surface_that_appears_where_nothing_returned_is_an_object_only_if_it_is_no_larger() {
+    let rim =
+        [upright(4.52, [-2.2, -1.7], [-0.6, 0.6]), upright(4.52, [1.7, 2.2], [-0.6, 0.6])].concat();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    let cut_of = |appears: &[Point3<f32>]| {
+        let mut segmenter = Segmenter::new(config()).unwrap();
+        let mut cut = |index: u32, points_m: Vec<Point3<f32>>| {
+            let cycle = with_points(&view.cycle, index, points_m);
+            segmenter.step(&cycle, |_| ()).unwrap().cycle.dynamic_cloud.points_m.len()
+        };
+        for index in 0..10 {
+            assert_eq!(cut(index, rim.clone()), 0);
+        }
+        cut(10, [&rim, appears].concat())
+    };
+    let body = upright(3.0, [-0.24, 0.24], [-0.8, 0.8]);
+    assert_eq!(cut_of(&body), body.len());
+    assert_eq!(cut_of(&upright(3.0, [-1.04, 1.04], [-0.8, 0.8])), 0, "a wall");
+}
+
 #[test]
 fn an_object_in_view_from_the_first_cycle_is_cut_out_and_what_it_uncovers_is_none() {
     let from_the_start = |time_s: f64| walker(1, 2.4, 0.8 - 0.98 * time_s);
