@@ -29,17 +29,17 @@ pub struct ColouredCloud {
 impl Cloud {
     /// The cloud in another frame.
     #[must_use]
-    pub fn transformed(&self, target_from_cloud: &Isometry3<f64>, target_frame_id: &str) -> Self {
+    pub fn transformed(
+        mut self,
+        target_from_cloud: &Isometry3<f64>,
+        target_frame_id: &str,
+    ) -> Self {
         let transform = RigidTransform::new(target_from_cloud);
-        Self {
-            stamp: self.stamp,
-            frame_id: target_frame_id.to_owned(),
-            points_m: self
-                .points_m
-                .iter()
-                .map(|point| Point3::from(transform.apply([point.x, point.y, point.z])))
-                .collect(),
+        for point in &mut self.points_m {
+            *point = Point3::from(transform.apply([point.x, point.y, point.z]));
         }
+        target_frame_id.clone_into(&mut self.frame_id);
+        self
     }
 }
 
@@ -65,10 +65,10 @@ mod tests {
             frame_id: "camera".to_owned(),
             points_m: vec![Point3::new(1.0, 2.0, 3.0)],
         };
-        let in_rig = cloud.transformed(&rig_from_camera, "rig");
+        let in_rig = cloud.clone().transformed(&rig_from_camera, "rig");
         assert_eq!((in_rig.stamp, in_rig.frame_id.as_str()), (cloud.stamp, "rig"));
         assert!((in_rig.points_m[0] - Point3::new(3.0, -1.0, -2.0)).norm() < 1e-6);
-        let again = in_rig.transformed(&rig_from_camera.inverse(), "camera");
+        let again = in_rig.clone().transformed(&rig_from_camera.inverse(), "camera");
         assert!((again.points_m[0] - cloud.points_m[0]).norm() < 1e-6);
     }
 }

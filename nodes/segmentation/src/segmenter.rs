@@ -185,8 +185,8 @@ impl Segmenter {
         };
 
         // Eq. 7: PCL_est = PCL_ze || PCL_Oe. Eq. 8: PCL_k = Mt_k * PCL_est.
-        let static_in_rig = part_of(&cycle.reduced_cloud, &is_dynamic, false);
-        let static_cloud = static_in_rig.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
+        let static_cloud = part_of(&cycle.reduced_cloud, &is_dynamic, false)
+            .transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         let dynamic_cloud = part_of(&cycle.reduced_cloud, &is_dynamic, true);
         observe(Step::Transform);
         let depth = match (&cycle.depth, &mut self.moving_pixels) {

@@ -77,7 +77,7 @@ proptest! {
 
             let in_rig = DepthProjector::new(rays, limits, &rig_from_camera, "rig");
             let direct = in_rig.cloud(&image).unwrap();
-            let stepwise = cloud.transformed(&rig_from_camera, "rig");
+            let stepwise = cloud.clone().transformed(&rig_from_camera, "rig");
             let finite = |point: &&Point3<f32>| point.iter().all(|value| value.is_finite());
             prop_assert_eq!(
                 direct.points_m.iter().collect::<Vec<_>>(),

@@ -95,7 +95,7 @@ impl Recorder {
 
     /// Detection's result. All of its points are added to the unfiltered map.
     pub(crate) fn detected(&mut self, mut cycle: DetectedCycle) {
-        let in_map = cycle.reduced_cloud.transformed(&cycle.map_from_rig, &cycle.map_frame_id);
+        let in_map = cycle.reduced_cloud.clone().transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         // Reconstruction refuses and reports a change of the frame.
         let _ = self.unfiltered_map.add(&in_map);
         let reported_map_from_rig = cycle.map_from_rig;
