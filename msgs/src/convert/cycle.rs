@@ -170,11 +170,11 @@ pub fn message_from_segmented_cycle(cycle: &SegmentedCycle) -> SegmentedCloud {
         map_from_rig: pose_from_isometry(&cycle.map_from_rig),
         static_cloud: message_from_cloud(&cycle.static_cloud),
         dynamic_cloud: message_from_cloud(&cycle.dynamic_cloud),
-        depth: messages_from_depth_frame(cycle.depth.as_ref().map(|depth| &*depth.frame)),
+        depth: messages_from_depth_frame(cycle.depth.as_ref().map(|depth| &**depth.frame())),
         moving_pixels: cycle
             .depth
             .as_ref()
-            .map(|depth| bits_from_mask(&depth.is_moving))
+            .map(|depth| bits_from_mask(depth.is_moving()))
             .unwrap_or_default(),
         scan_rays: numbers_from_scan_rays(&cycle.scan_rays),
         scan_ray_flags: flags_from_scan_rays(&cycle.scan_rays),

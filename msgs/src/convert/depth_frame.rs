@@ -33,7 +33,7 @@ pub(super) fn depth_frame_from_messages(
         });
     }
     let camera = camera_from_message(&message.camera)?;
-    let frame = DepthFrame::new(&image, camera)?;
+    let frame = DepthFrame::new(image, camera)?;
     Ok(Some(Arc::new(match message.colour.as_slice() {
         [] => frame,
         [colour] => frame.with_colours(colour_image_from_message(colour)?.pixels().to_vec())?,
@@ -78,11 +78,9 @@ pub(super) fn masked_depth_from_messages(
     if bytes != expected {
         return Err(ConvertError::MovingPixels { bytes, pixels, expected });
     }
-    Ok(frame.map(|frame| {
-        let bits =
-            moving_pixels.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 == 1));
-        MaskedDepth { frame, is_moving: bits.take(pixels).collect() }
-    }))
+    let bits = moving_pixels.iter().flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1 == 1));
+    let is_moving = bits.take(pixels).collect();
+    Ok(frame.map(|frame| MaskedDepth::new(frame, is_moving)).transpose()?)
 }
 
 /// A mask as bits.
@@ -108,7 +106,7 @@ mod tests {
         let pixels = DepthPixels::Millimetres(depths_mm);
         let size_px = (width_px, height_px);
         let image = DepthImage::new(Stamp::from_nanos(7), "camera".to_owned(), size_px, pixels);
-        DepthFrame::new(&image.unwrap(), camera).unwrap()
+        DepthFrame::new(image.unwrap(), camera).unwrap()
     }
 
     proptest! {
@@ -124,9 +122,9 @@ mod tests {
                 Some(colours) => frame.with_colours(colours).unwrap(),
                 None => frame,
             };
-            let masked = MaskedDepth { frame: Arc::new(frame), is_moving };
-            let messages = messages_from_depth_frame(Some(&masked.frame));
-            let bits = bits_from_mask(&masked.is_moving);
+            let masked = MaskedDepth::new(Arc::new(frame), is_moving).unwrap();
+            let messages = messages_from_depth_frame(Some(masked.frame()));
+            let bits = bits_from_mask(masked.is_moving());
             let back = masked_depth_from_messages(&messages, &bits, Stamp::from_nanos(7));
             prop_assert_eq!(back, Ok(Some(masked)));
         }

@@ -39,6 +39,9 @@ pub enum ConvertError {
     /// A depth image and its camera are not of each other.
     #[error("DepthFrame: {0}")]
     DepthFrame(#[from] geometry::DepthFrameError),
+    /// The mask is not one of the depth image.
+    #[error("SegmentedCloud: {0}")]
+    MaskedDepth(#[from] geometry::MaskSizeError),
     /// A cycle has more than one colour image.
     #[error("DepthFrame: colour has {images} images; a depth image has one, or none")]
     ColourImages {

@@ -12,10 +12,9 @@ use crate::config::DetectionConfig;
 pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, View};
 use finder::Finder;
 use geometry::{
-    CameraModel, CameraModelError, Cloud, CloudCamera, CycleSetup, DepthCameraError, DepthFrame,
-    DepthFrameError, DepthLimits, DepthProjector, DetectedCycle, MapPath, ParameterError,
-    PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan, VoxelAccumulator,
-    check_pose, pose_vector,
+    Cloud, CloudCamera, CycleSetup, DepthFrame, DepthLimits, DepthProjector, DetectedCycle,
+    MapPath, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan,
+    VoxelAccumulator, check_pose, pose_vector,
 };
 use surround::{ScanBeams, Surround};
 
@@ -23,7 +22,8 @@ use surround::{ScanBeams, Surround};
 #[derive(Clone, Debug)]
 pub struct Detector {
     config: DetectionConfig,
-    mounts: RigMounts,
+    /// What each cycle is made with.
+    setup: CycleSetup,
     surround: Option<Surround>,
     finder: Finder,
     voxels: VoxelAccumulator,
@@ -38,12 +38,12 @@ impl Detector {
     /// When a parameter is out of its range.
     pub fn new(config: DetectionConfig) -> Result<Self, ParameterError> {
         config.validate()?;
-        let mounts = config.pipeline.rig.mounts();
+        let setup = config.pipeline.setup();
         let grid = config.pipeline.voxel_grid()?;
         Ok(Self {
-            mounts,
+            setup,
             surround: None,
-            finder: Finder::new(&config, mounts.rig_from_lidar),
+            finder: Finder::new(&config, setup.mounts.rig_from_lidar),
             voxels: VoxelAccumulator::new(grid),
             cloud_camera: CloudCamera::default(),
             next_index: 0,
@@ -51,19 +51,13 @@ impl Detector {
         })
     }
 
-    /// The projector from the depth images of `camera` to the rig frame. It holds a ray for each pixel:
-    /// make one for each camera, not for each image.
-    ///
-    /// # Errors
-    /// When the numbers do not describe a camera.
-    pub fn depth_projector(
-        &self,
-        camera: &CameraModel,
-    ) -> Result<DepthProjector, CameraModelError> {
-        let rays = RayTable::new(camera)?;
+    /// The projector from the depth images of a camera to the rig frame. The rays of its pixels go with its cycles: make one for
+    /// each camera, not for each image.
+    #[must_use]
+    pub fn depth_projector(&self, rays: RayTable) -> DepthProjector {
         let frame_id = &self.config.pipeline.rig.rig_frame_id;
-        let rig_from_camera = &self.mounts.rig_from_camera;
-        Ok(DepthProjector::new(rays, DepthLimits::default(), rig_from_camera, frame_id))
+        let rig_from_camera = &self.setup.mounts.rig_from_camera;
+        DepthProjector::new(rays, DepthLimits::default(), rig_from_camera, frame_id)
     }
 
     /// One cycle. `observe` is called at the end of each stage.
@@ -74,14 +68,14 @@ impl Detector {
     /// the one before starts the window anew.
     ///
     /// # Errors
-    /// When the scan's angles, the depth image or the pose mean nothing. The cycle then takes no number.
+    /// When the scan's angles or the pose mean nothing. The cycle then takes no number.
     pub fn step(
         &mut self,
         input: &CycleInput<'_>,
         mut observe: impl FnMut(Step),
     ) -> Result<Detected, DetectionError> {
         check_pose(input.map_from_rig)?;
-        let (depth, not_pinhole) = self.depth_frame(input.view)?;
+        let (depth, not_pinhole) = self.depth_frame(input.view);
 
         // 3.2.1, eq. 1: the beams, and those of the aperture.
         let (beams, window_restarted) = self.crop(input.scan)?;
@@ -90,7 +84,7 @@ impl Detector {
 
         // 3.2.3: the voxel grid of the cloud.
         let ReducedDepth { cloud: reduced_cloud, voxel_points, points_before_reduction } =
-            self.reduce(input.view)?;
+            self.reduce(input.view);
         observe(Step::Reduction);
 
         // 3.3.2: the cloud, the pose and the angles of one cycle travel together.
@@ -98,7 +92,7 @@ impl Detector {
         self.next_index = self.next_index.wrapping_add(1);
         let cycle = DetectedCycle {
             index,
-            setup: CycleSetup { mounts: self.mounts, ..self.config.pipeline.setup() },
+            setup: self.setup,
             scan_stamp: input.scan.stamp,
             reduced_cloud,
             voxel_points,
@@ -145,7 +139,7 @@ impl Detector {
             ..RigConfig::default()
         };
         rig.validate()?;
-        self.mounts = *mounts;
+        self.setup.mounts = *mounts;
         self.surround = None;
         self.finder = Finder::new(&self.config, mounts.rig_from_lidar);
         self.cloud_camera = CloudCamera::default();
@@ -163,7 +157,8 @@ impl Detector {
         if let Some(surround) = self.surround.as_ref().filter(|surround| surround.fits(scan)) {
             return Ok((surround.crop(scan), false));
         }
-        let surround = Surround::new(scan, &self.mounts.rig_from_lidar, self.config.aperture_rad)?;
+        let surround =
+            Surround::new(scan, &self.setup.mounts.rig_from_lidar, self.config.aperture_rad)?;
         let beams = surround.crop(scan);
         let window_restarted = self.surround.replace(surround).is_some();
         self.finder.clear_window();
@@ -174,14 +169,14 @@ impl Detector {
     fn depth_frame(
         &mut self,
         view: View<'_>,
-    ) -> Result<(Option<Arc<DepthFrame>>, Option<PinholeFitError>), DepthFrameError> {
+    ) -> (Option<Arc<DepthFrame>>, Option<PinholeFitError>) {
         if !self.config.pipeline.needs_depth() {
-            return Ok((None, None));
+            return (None, None);
         }
         let camera = &mut self.cloud_camera;
         let mut not_pinhole = None;
         let frame = match view {
-            View::Depth { image, projector } => DepthFrame::new(image, *projector.rays().camera())?,
+            View::Depth(depth) => depth.frame(),
             View::PointsInCamera(cloud) => camera.frame_of_points(cloud),
             View::OrganisedPoints(cloud) => {
                 camera.frame_of_organised(cloud).unwrap_or_else(|error| {
@@ -190,26 +185,24 @@ impl Detector {
                 })
             }
         };
-        Ok((Some(Arc::new(frame)), not_pinhole))
+        (Some(Arc::new(frame)), not_pinhole)
     }
 
     /// The reduced cloud in the rig frame.
-    fn reduce(&mut self, view: View<'_>) -> Result<ReducedDepth, DepthCameraError> {
+    fn reduce(&mut self, view: View<'_>) -> ReducedDepth {
         let frame_id = &self.config.pipeline.rig.rig_frame_id;
         let in_camera = match view {
-            View::Depth { image, projector } => {
-                return projector.reduce(image, &mut self.voxels);
-            }
+            View::Depth(depth) => return depth.reduce(&mut self.voxels),
             View::PointsInCamera(cloud) => cloud,
             View::OrganisedPoints(cloud) => cloud.cloud(),
         };
-        let cloud = in_camera.transformed(&self.mounts.rig_from_camera, frame_id);
+        let cloud = in_camera.transformed(&self.setup.mounts.rig_from_camera, frame_id);
         self.voxels.clear();
         self.voxels.push_all(&cloud.points_m);
         let (points_m, voxel_points) = self.voxels.finish_counted();
         let points_before_reduction = cloud.points_m.len();
         let cloud = Cloud { points_m, ..cloud };
-        Ok(ReducedDepth { cloud, voxel_points, points_before_reduction })
+        ReducedDepth { cloud, voxel_points, points_before_reduction }
     }
 }
 

@@ -2,7 +2,7 @@
 // A benchmark may stop where it stands, and exports nothing.
 #![allow(clippy::unwrap_used, missing_docs)]
 
-use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, hint::black_box};
+use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, hint::black_box, sync::Arc};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use geometry::{
@@ -83,10 +83,12 @@ fn reduce(criterion: &mut Criterion) {
     };
     let straight_camera = project(camera);
     let bent_camera = project(CameraModel { distortion: bent, ..camera });
-    let image = room(straight_camera.rays());
-    let cloud = straight_camera.cloud(&image).unwrap();
+    let image = Arc::new(room(straight_camera.rays()));
+    let [straight, bent] =
+        [&straight_camera, &bent_camera].map(|camera| camera.image(&image).unwrap());
+    let cloud = straight.cloud();
     criterion.bench_function("project", |bencher| {
-        bencher.iter(|| straight_camera.cloud(black_box(&image)));
+        bencher.iter(|| black_box(straight).cloud());
     });
     for edge_m in [0.08, 0.05, 0.02] {
         let grid = VoxelGrid::new(edge_m).unwrap();
@@ -95,10 +97,10 @@ fn reduce(criterion: &mut Criterion) {
         let points = cloud.points_m.len();
         let name = |what: &str| format!("{what} {edge_m} m, {points} points to {cells}");
         criterion.bench_function(&name("depth image"), |bencher| {
-            bencher.iter(|| straight_camera.reduce(black_box(&image), &mut accumulator));
+            bencher.iter(|| black_box(straight).reduce(&mut accumulator));
         });
         criterion.bench_function(&name("depth image, bent lens,"), |bencher| {
-            bencher.iter(|| bent_camera.reduce(black_box(&image), &mut accumulator));
+            bencher.iter(|| black_box(bent).reduce(&mut accumulator));
         });
         criterion.bench_function(&name("cloud"), |bencher| {
             bencher.iter(|| grid.reduce(black_box(&cloud.points_m)));

@@ -8,16 +8,17 @@ mod tests;
 
 use std::sync::Arc;
 
-use nalgebra::Point3;
+use nalgebra::{Isometry3, Point3};
 
+use crate::depth_projection::for_each_voxel;
 use crate::{
     CameraModel, CameraModelError, ColourSizeError, DepthCameraError, DepthImage, DepthPixels,
-    NO_COLOUR,
+    NO_COLOUR, PixelArea, RayTable, VoxelGrid, VoxelKey,
 };
 pub use cloud_camera::CloudCamera;
 pub use pinhole_fit::PinholeFitError;
 
-/// The depth image of a cycle and its camera. Segmentation's evidence of free space and the map of the depth images are computed
+/// The depth image of a cycle and its camera, of the same size. Segmentation's evidence of free space and the map of the depth images are computed
 /// from it.
 ///
 /// Depths are whole millimetres, 0 where nothing was measured (`16UC1` of REP-118), whatever encoding they arrived in: so
@@ -25,8 +26,8 @@ pub use pinhole_fit::PinholeFitError;
 /// colour image, are those of the depth image's pixels ([`ColourRegistration`](crate::ColourRegistration)).
 #[derive(Clone, PartialEq, Debug)]
 pub struct DepthFrame {
-    image: DepthImage,
-    camera: CameraModel,
+    image: Arc<DepthImage>,
+    rays: RayTable,
     colours: Option<Vec<[u8; 3]>>,
 }
 
@@ -42,30 +43,29 @@ pub enum DepthFrameError {
 }
 
 impl DepthFrame {
-    /// The image, in whole millimetres, with its camera.
+    /// The image, in whole millimetres, with its camera. One that is in millimetres is not copied.
     ///
     /// # Errors
     /// When the camera is none, or the image is of another size.
-    pub fn new(image: &DepthImage, camera: CameraModel) -> Result<Self, DepthFrameError> {
-        camera.validate()?;
-        let (image_width_px, image_height_px) = (image.width_px(), image.height_px());
-        let (camera_width_px, camera_height_px) = (camera.width_px, camera.height_px);
-        if (image_width_px, image_height_px) != (camera_width_px, camera_height_px) {
-            return Err(DepthFrameError::Size(DepthCameraError {
-                image_width_px,
-                image_height_px,
-                camera_width_px,
-                camera_height_px,
-            }));
-        }
+    pub fn new(
+        image: impl Into<Arc<DepthImage>>,
+        camera: CameraModel,
+    ) -> Result<Self, DepthFrameError> {
+        let (image, rays) = (image.into(), RayTable::new(&camera)?);
+        DepthCameraError::check(&image, &rays)?;
+        Ok(Self::of_its_size(image, rays))
+    }
+
+    /// The image with its camera, which is known to be of the same size.
+    pub(crate) fn of_its_size(image: Arc<DepthImage>, rays: RayTable) -> Self {
         let image = match image.pixels() {
-            DepthPixels::Millimetres(_) => image.clone(),
+            DepthPixels::Millimetres(_) => image,
             DepthPixels::Metres(depths_m) => {
                 let pixels = depths_m.iter().map(|depth_m| millimetres(*depth_m)).collect();
-                image.with_millimetres(pixels)
+                Arc::new(image.with_millimetres(pixels))
             }
         };
-        Ok(Self { image, camera, colours: None })
+        Self { image, rays, colours: None }
     }
 
     /// The same with the colour that each pixel shows, row by row: red, green, blue, or [`NO_COLOUR`](crate::NO_COLOUR).
@@ -98,10 +98,10 @@ impl DepthFrame {
     ) -> Vec<[u8; 3]> {
         let (width_px, height_px) = (self.image.width_px(), self.image.height_px());
         let mut colours = vec![NO_COLOUR; width_px * height_px];
-        let DepthPixels::Millimetres(depths_mm) = self.image.pixels() else { return colours };
+        let depths_mm = self.depths_mm();
         for (point_m, colour) in points {
             let depth_mm = millimetres(point_m.z);
-            let Some(at) = self.camera.project(&point_m.cast()) else { continue };
+            let Some(at) = self.camera().project(&point_m.cast()) else { continue };
             // Within the image, whose outer pixels reach half a pixel beyond their centres; the casts saturate.
             let pixel = (at.y + 0.5) as usize * width_px + (at.x + 0.5) as usize;
             if let (Some(kept), Some(seen_mm)) = (colours.get_mut(pixel), depths_mm.get(pixel))
@@ -120,10 +120,38 @@ impl DepthFrame {
         &self.image
     }
 
+    /// The depths in millimetres, row by row; 0 where nothing was measured.
+    #[must_use]
+    pub fn depths_mm(&self) -> &[u16] {
+        match self.image.pixels() {
+            DepthPixels::Millimetres(depths_mm) => depths_mm,
+            // By construction there is none such.
+            DepthPixels::Metres(_) => &[],
+        }
+    }
+
     /// Its camera.
     #[must_use]
     pub fn camera(&self) -> &CameraModel {
-        &self.camera
+        self.rays.camera()
+    }
+
+    /// The rays of its camera.
+    #[must_use]
+    pub fn rays(&self) -> &RayTable {
+        &self.rays
+    }
+
+    /// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the
+    /// voxel of the rig that [`ProjectableDepth::reduce`](crate::ProjectableDepth::reduce) with this grid puts its point into.
+    pub fn for_each_voxel(
+        &self,
+        rig_from_camera: &Isometry3<f64>,
+        area: PixelArea,
+        grid: &VoxelGrid,
+        take: impl FnMut(usize, VoxelKey),
+    ) {
+        for_each_voxel((&self.image, &self.rays), rig_from_camera, area, grid, take);
     }
 }
 
@@ -140,8 +168,43 @@ fn millimetres(depth_m: f32) -> u16 {
 /// A depth image of which it is known which pixels show something that moves.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MaskedDepth {
+    frame: Arc<DepthFrame>,
+    is_moving: Vec<bool>,
+}
+
+/// A mask is not one of a depth image.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("a mask of {mask_pixels} pixels does not fit a depth image of {image_pixels}")]
+pub struct MaskSizeError {
+    /// How many pixels the mask has.
+    pub mask_pixels: usize,
+    /// How many the image has.
+    pub image_pixels: usize,
+}
+
+impl MaskedDepth {
+    /// The image with the mask: for each pixel, row by row, whether it shows something that moves, or may.
+    ///
+    /// # Errors
+    /// When the mask has another number of pixels than the image.
+    pub fn new(frame: Arc<DepthFrame>, is_moving: Vec<bool>) -> Result<Self, MaskSizeError> {
+        let (mask_pixels, image_pixels) = (is_moving.len(), frame.depths_mm().len());
+        if mask_pixels == image_pixels {
+            Ok(Self { frame, is_moving })
+        } else {
+            Err(MaskSizeError { mask_pixels, image_pixels })
+        }
+    }
+
     /// The image with its camera.
-    pub frame: Arc<DepthFrame>,
+    #[must_use]
+    pub fn frame(&self) -> &Arc<DepthFrame> {
+        &self.frame
+    }
+
     /// For each pixel, row by row, whether it shows something that moves, or may.
-    pub is_moving: Vec<bool>,
+    #[must_use]
+    pub fn is_moving(&self) -> &[bool] {
+        &self.is_moving
+    }
 }

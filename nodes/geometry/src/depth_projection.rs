@@ -4,6 +4,7 @@
 mod tests;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use multiversion::multiversion;
 use nalgebra::Isometry3;
@@ -11,7 +12,7 @@ use nalgebra::Isometry3;
 use crate::camera::{RayRow, RayTable};
 use crate::point_block::PointBlock;
 use crate::rigid::RigidTransform;
-use crate::{Cloud, DepthImage, VoxelAccumulator, VoxelGrid, VoxelKey};
+use crate::{Cloud, DepthFrame, DepthImage, VoxelAccumulator, VoxelGrid, VoxelKey};
 
 /// Which depths are taken for real, bounds included. Depth is measured along the optical axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -46,6 +47,18 @@ pub struct DepthCameraError {
     pub camera_height_px: usize,
 }
 
+impl DepthCameraError {
+    /// Whether an image is as large as those of the camera.
+    pub(crate) fn check(image: &DepthImage, rays: &RayTable) -> Result<(), Self> {
+        let (image_width_px, image_height_px) = (image.width_px(), image.height_px());
+        let (camera_width_px, camera_height_px) = (rays.width_px(), rays.height_px());
+        if (image_width_px, image_height_px) == (camera_width_px, camera_height_px) {
+            return Ok(());
+        }
+        Err(Self { image_width_px, image_height_px, camera_width_px, camera_height_px })
+    }
+}
+
 /// A rectangle of an image.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct PixelArea {
@@ -60,6 +73,10 @@ impl PixelArea {
     #[must_use]
     pub fn whole(width_px: usize, height_px: usize) -> Self {
         Self { columns_px: 0..width_px, rows_px: 0..height_px }
+    }
+
+    fn of(image: &DepthImage) -> Self {
+        Self::whole(image.width_px(), image.height_px())
     }
 }
 
@@ -107,96 +124,126 @@ impl DepthProjector {
         &self.rays
     }
 
-    /// The points of a depth image, row by row.
+    /// A depth image of the camera.
     ///
     /// # Errors
     /// When the image is of another size than the camera.
-    pub fn cloud(&self, image: &DepthImage) -> Result<Cloud, DepthCameraError> {
-        let mut points_m = Vec::with_capacity(image.width_px() * image.height_px());
-        let whole = PixelArea::whole(image.width_px(), image.height_px());
-        self.for_each_block(image, whole, |_, block| points_m.extend(block.finite_points()))?;
-        let frame_id = self.target_frame_id.clone();
-        Ok(Cloud { stamp: image.stamp, frame_id, points_m })
+    pub fn image<'a>(
+        &'a self,
+        image: &'a Arc<DepthImage>,
+    ) -> Result<ProjectableDepth<'a>, DepthCameraError> {
+        DepthCameraError::check(image, &self.rays)?;
+        Ok(ProjectableDepth { image, projector: self })
     }
 
-    /// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the
-    /// voxel that [`reduce`](Self::reduce) with this grid puts its point into.
-    ///
-    /// # Errors
-    /// When the image is of another size than the camera.
-    pub fn for_each_voxel(
-        &self,
-        image: &DepthImage,
-        area: PixelArea,
-        grid: &VoxelGrid,
-        mut take: impl FnMut(usize, VoxelKey),
-    ) -> Result<(), DepthCameraError> {
-        self.for_each_block(image, area, |first, block| {
-            let (keys, finite) = (block.keys(grid.edge_m()), block.finite_places());
-            for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
-                take(first + place, keys.at(place));
-            }
-        })
-    }
-
-    /// The points of a depth image reduced by the accumulator's grid (Rec-HV 3.2.3): the same as
-    /// [`cloud`](Self::cloud) followed by [`VoxelGrid::reduce`](crate::VoxelGrid::reduce), to the
-    /// bit, without the cloud in between. What the accumulator held before is dropped.
-    ///
-    /// # Errors
-    /// When the image is of another size than the camera.
-    pub fn reduce(
-        &self,
-        image: &DepthImage,
-        accumulator: &mut VoxelAccumulator,
-    ) -> Result<ReducedDepth, DepthCameraError> {
-        accumulator.clear();
-        let whole = PixelArea::whole(image.width_px(), image.height_px());
-        self.for_each_block(image, whole, |_, block| accumulator.push_block(block))?;
-        let points_before_reduction = accumulator.points() as usize;
-        let (points_m, voxel_points) = accumulator.finish_counted();
-        let frame_id = self.target_frame_id.clone();
-        let cloud = Cloud { stamp: image.stamp, frame_id, points_m };
-        Ok(ReducedDepth { cloud, voxel_points, points_before_reduction })
-    }
-
-    /// Calls `take` with the points of an area, a part of a row at a time, and the index of the first one's pixel.
+    /// Calls `take` with the points of an area of an image of the camera's size, a part of a row at a time, and the index of the
+    /// first one's pixel.
     pub(crate) fn for_each_block(
         &self,
         image: &DepthImage,
         area: PixelArea,
-        mut take: impl FnMut(usize, &PointBlock),
-    ) -> Result<(), DepthCameraError> {
-        let (width_px, height_px) = (image.width_px(), image.height_px());
-        if (width_px, height_px) != (self.rays.width_px(), self.rays.height_px()) {
-            return Err(DepthCameraError {
-                image_width_px: width_px,
-                image_height_px: height_px,
-                camera_width_px: self.rays.width_px(),
-                camera_height_px: self.rays.height_px(),
-            });
-        }
-        let mut block = PointBlock::default();
-        let mut depths_m = [0.0; PointBlock::CAPACITY];
-        let PixelArea { columns_px, rows_px } = area;
-        let end_px = columns_px.end.min(width_px);
-        for row_px in rows_px.start..rows_px.end.min(height_px) {
-            let Some(rays) = self.rays.row(row_px) else { break };
-            for first_px in (columns_px.start..end_px).step_by(PointBlock::CAPACITY) {
-                let columns = first_px..end_px.min(first_px + PointBlock::CAPACITY);
-                let pixels = row_px * width_px + columns.start..row_px * width_px + columns.end;
-                let depths_m = &mut depths_m[..columns.len()];
-                image.pixels().load_m(pixels, depths_m);
-                self.fill(&mut block, depths_m, rays.part(columns));
-                take(row_px * width_px + first_px, &block);
-            }
-        }
-        Ok(())
+        take: impl FnMut(usize, &PointBlock),
+    ) {
+        for_each_block((image, &self.rays), &self.target_from_camera, self.limits, area, take);
+    }
+}
+
+/// A depth image with the projector of its camera, which is of the same size.
+#[derive(Clone, Copy, Debug)]
+pub struct ProjectableDepth<'a> {
+    image: &'a Arc<DepthImage>,
+    projector: &'a DepthProjector,
+}
+
+impl ProjectableDepth<'_> {
+    /// The image.
+    #[must_use]
+    pub fn image(&self) -> &DepthImage {
+        self.image
     }
 
-    /// Puts the points that `depths_m` are the depths of into `block`, holes where there is none.
-    fn fill(&self, block: &mut PointBlock, depths_m: &[f32], rays: RayRow<'_>) {
-        fill(&self.target_from_camera, self.limits, block, depths_m, rays);
+    /// The rays of its camera.
+    #[must_use]
+    pub fn rays(&self) -> &RayTable {
+        &self.projector.rays
+    }
+
+    /// The image with its camera, in whole millimetres. Where it is in millimetres it is the same image, and nothing is copied.
+    #[must_use]
+    pub fn frame(&self) -> DepthFrame {
+        DepthFrame::of_its_size(Arc::clone(self.image), self.projector.rays.clone())
+    }
+
+    /// The points of the image, row by row.
+    #[must_use]
+    pub fn cloud(&self) -> Cloud {
+        let Self { image, projector } = self;
+        let mut points_m = Vec::with_capacity(image.width_px() * image.height_px());
+        projector.for_each_block(image, PixelArea::of(image), |_, block| {
+            points_m.extend(block.finite_points());
+        });
+        Cloud { stamp: image.stamp, frame_id: projector.target_frame_id.clone(), points_m }
+    }
+
+    /// The points of the image reduced by the accumulator's grid (Rec-HV 3.2.3): the same as [`cloud`](Self::cloud) followed by
+    /// [`VoxelGrid::reduce`](crate::VoxelGrid::reduce), to the bit, without the cloud in between. What the accumulator held before
+    /// is dropped.
+    #[must_use]
+    pub fn reduce(&self, accumulator: &mut VoxelAccumulator) -> ReducedDepth {
+        let Self { image, projector } = self;
+        accumulator.clear();
+        projector.for_each_block(image, PixelArea::of(image), |_, block| {
+            accumulator.push_block(block);
+        });
+        let points_before_reduction = accumulator.points() as usize;
+        let (points_m, voxel_points) = accumulator.finish_counted();
+        let frame_id = projector.target_frame_id.clone();
+        let cloud = Cloud { stamp: image.stamp, frame_id, points_m };
+        ReducedDepth { cloud, voxel_points, points_before_reduction }
+    }
+}
+
+/// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the voxel
+/// that [`ProjectableDepth::reduce`] with this grid puts its point into.
+pub(crate) fn for_each_voxel(
+    image_and_rays: (&DepthImage, &RayTable),
+    target_from_camera: &Isometry3<f64>,
+    area: PixelArea,
+    grid: &VoxelGrid,
+    mut take: impl FnMut(usize, VoxelKey),
+) {
+    let (limits, transform) = (DepthLimits::default(), RigidTransform::new(target_from_camera));
+    for_each_block(image_and_rays, &transform, limits, area, |first, block| {
+        let (keys, finite) = (block.keys(grid.edge_m()), block.finite_places());
+        for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
+            take(first + place, keys.at(place));
+        }
+    });
+}
+
+/// As [`DepthProjector::for_each_block`]. The image is as large as the camera of the rays.
+fn for_each_block(
+    (image, rays): (&DepthImage, &RayTable),
+    target_from_camera: &RigidTransform,
+    limits: DepthLimits,
+    area: PixelArea,
+    mut take: impl FnMut(usize, &PointBlock),
+) {
+    let (width_px, height_px) = (image.width_px(), image.height_px());
+    let mut block = PointBlock::default();
+    let mut depths_m = [0.0; PointBlock::CAPACITY];
+    let PixelArea { columns_px, rows_px } = area;
+    let end_px = columns_px.end.min(width_px);
+    for row_px in rows_px.start..rows_px.end.min(height_px) {
+        let Some(rays) = rays.row(row_px) else { break };
+        for first_px in (columns_px.start..end_px).step_by(PointBlock::CAPACITY) {
+            let columns = first_px..end_px.min(first_px + PointBlock::CAPACITY);
+            let pixels = row_px * width_px + columns.start..row_px * width_px + columns.end;
+            let depths_m = &mut depths_m[..columns.len()];
+            image.pixels().load_m(pixels, depths_m);
+            fill(target_from_camera, limits, &mut block, depths_m, rays.part(columns));
+            take(row_px * width_px + first_px, &block);
+        }
     }
 }
 

@@ -71,9 +71,11 @@ pub use colour::{
 };
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};
-pub use depth_frame::{CloudCamera, DepthFrame, DepthFrameError, MaskedDepth, PinholeFitError};
+pub use depth_frame::{
+    CloudCamera, DepthFrame, DepthFrameError, MaskSizeError, MaskedDepth, PinholeFitError,
+};
 pub use depth_projection::{
-    DepthCameraError, DepthLimits, DepthProjector, PixelArea, ReducedDepth,
+    DepthCameraError, DepthLimits, DepthProjector, PixelArea, ProjectableDepth, ReducedDepth,
 };
 pub use distance::{DistanceAt, DistanceLattice, Distances, NearestObstacle, PlaceState};
 pub use label::{LabelImage, LabelSizeError};

@@ -194,6 +194,7 @@ impl ScanCutter {
     /// # Errors
     /// When the image is of another size than the camera.
     pub fn cut(&self, image: &DepthImage) -> Result<Scan, DepthCameraError> {
+        DepthCameraError::check(image, self.projector.rays())?;
         let mut scan = Scan { stamp: image.stamp, ..self.empty.clone() };
         let (lowest_m, highest_m) = self.heights_m;
         let area = PixelArea { rows_px: self.rows_px.clone(), columns_px: 0..image.width_px() };
@@ -215,7 +216,7 @@ impl ScanCutter {
                     *nearest_m = nearest_m.min(range_m);
                 }
             }
-        })?;
+        });
         Ok(scan)
     }
 

@@ -9,6 +9,7 @@
 )]
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use detection::{CycleInput, DetectionConfig, Detector, View};
@@ -26,7 +27,7 @@ use simulator::{Sample, Scenario};
 /// A time of the demo with the person in view.
 struct Moment {
     scans: Vec<Scan>,
-    image: DepthImage,
+    image: Arc<DepthImage>,
     camera: CameraModel,
 }
 
@@ -46,7 +47,7 @@ fn moment() -> Moment {
             break;
         }
     }
-    Moment { scans, image: full(&image.unwrap()), camera: model.unwrap() }
+    Moment { scans, image: Arc::new(full(&image.unwrap())), camera: model.unwrap() }
 }
 
 /// The image with a depth in every pixel, so that it has all 307,200 points.
@@ -78,7 +79,7 @@ impl Pipeline {
         let reconstruction = ReconstructionConfig { pipeline, ..ReconstructionConfig::default() };
         let detector = Detector::new(detection).unwrap();
         Self {
-            projector: detector.depth_projector(&moment.camera).unwrap(),
+            projector: detector.depth_projector(RayTable::new(&moment.camera).unwrap()),
             detector,
             segmenter: Segmenter::new(segmentation).unwrap(),
             map: Map::new(reconstruction, None).unwrap(),
@@ -89,8 +90,8 @@ impl Pipeline {
 
     fn depth_cycle(&mut self, bytes: &[u8]) -> usize {
         let image = convert::depth_from_message(&cdr::decode::<Image>(bytes).unwrap()).unwrap();
-        let projector = self.projector.clone();
-        self.cycle(View::Depth { image: &image, projector: &projector })
+        let (image, projector) = (Arc::new(image), self.projector.clone());
+        self.cycle(View::Depth(projector.image(&image).unwrap()))
     }
 
     fn cloud_cycle(&mut self, bytes: &[u8]) -> usize {
@@ -120,8 +121,9 @@ fn cycles(criterion: &mut Criterion) {
     let rays = RayTable::new(&moment.camera).unwrap();
     let in_camera = Isometry3::identity();
     let cloud = DepthProjector::new(rays, DepthLimits::default(), &in_camera, "camera")
-        .cloud(&moment.image)
-        .unwrap();
+        .image(&moment.image)
+        .unwrap()
+        .cloud();
     assert_eq!(cloud.points_m.len(), 307_200);
     let cloud_bytes = cdr::encode(&convert::message_from_cloud(&cloud)).unwrap();
 

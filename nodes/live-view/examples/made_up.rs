@@ -169,9 +169,9 @@ fn depth(stamp: Stamp) -> Option<MaskedDepth> {
         cy_px: 24.0,
         distortion: Distortion::None,
     };
-    let frame = Arc::new(DepthFrame::new(&image, camera).ok()?);
+    let frame = Arc::new(DepthFrame::new(image, camera).ok()?);
     let is_moving = (0..width_px * height_px).map(|pixel| pixel % width_px > 50).collect();
-    Some(MaskedDepth { frame, is_moving })
+    MaskedDepth::new(frame, is_moving).ok()
 }
 
 fn detected_of(cycle: &SegmentedCycle, stamp: Stamp) -> DetectedCycle {

@@ -27,7 +27,7 @@ pub struct Moment<'a> {
 pub fn of_moment(moment: &Moment<'_>) -> Vec<u8> {
     let Moment { segmented, detected, scan, tracks, map_points } = moment;
     let mounts = &segmented.setup.mounts;
-    let frame = segmented.depth.as_ref().map(|depth| &depth.frame);
+    let frame = segmented.depth.as_ref().map(|depth| depth.frame());
     let camera = frame
         .map(|frame| RigCamera { model: *frame.camera(), rig_from_camera: mounts.rig_from_camera });
     let places: Vec<[f64; 4]> = tracks
@@ -81,7 +81,7 @@ fn push_clouds(body: &mut Vec<u8>, segmented: &SegmentedCycle) {
 fn is_moving(segmented: &SegmentedCycle, small: Option<&SmallDepth>, pixel: usize) -> bool {
     let (Some(depth), Some(small)) = (&segmented.depth, small) else { return false };
     let (column, row) = (pixel % small.columns, pixel / small.columns);
-    let width_px = depth.frame.image().width_px();
+    let width_px = depth.frame().image().width_px();
     let whole = row * small.pixel_step * width_px + column * small.pixel_step;
-    depth.is_moving.get(whole).copied().unwrap_or(false)
+    depth.is_moving().get(whole).copied().unwrap_or(false)
 }

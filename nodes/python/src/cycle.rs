@@ -1,6 +1,6 @@
 //! What a cycle has found.
 
-use geometry::{DepthPixels, MaskedDepth, Stamp, ZoneSource};
+use geometry::{DepthFrame, MaskedDepth, Stamp, ZoneSource};
 use nalgebra::{Isometry3, Point3};
 use pyo3::prelude::*;
 use robot::run::cycles::CycleFinding;
@@ -36,6 +36,10 @@ impl Cycle {
 
     fn masked(&self) -> Option<&MaskedDepth> {
         self.found.segmented.depth.as_ref()
+    }
+
+    fn frame(&self) -> Option<&DepthFrame> {
+        self.masked().map(|masked| &**masked.frame())
     }
 
     fn stamp(&self) -> Stamp {
@@ -76,19 +80,14 @@ impl Cycle {
     /// The depth image: H x W, float32, metres along the camera's z axis, NaN where nothing was measured. None with the method rec_hv.
     #[getter]
     fn depth<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(MaskedDepth { frame, .. }) = self.masked() else { return Ok(None) };
+        let Some(frame) = self.frame() else { return Ok(None) };
         let image = frame.image();
         let make = || {
-            let metres: Vec<f32> = match image.pixels() {
-                DepthPixels::Metres(metres) => metres.clone(),
-                DepthPixels::Millimetres(millimetres) => {
-                    let metres = |depth_mm: &u16| match depth_mm {
-                        0 => f32::NAN,
-                        measured => f32::from(*measured) / 1e3,
-                    };
-                    millimetres.iter().map(metres).collect()
-                }
+            let metres = |depth_mm: &u16| match depth_mm {
+                0 => f32::NAN,
+                measured => f32::from(*measured) / 1e3,
             };
+            let metres: Vec<f32> = frame.depths_mm().iter().map(metres).collect();
             arrays::array(py, &metres, [image.height_px(), image.width_px()])
         };
         self.depth.get(py, make).map(Some)
@@ -97,9 +96,9 @@ impl Cycle {
     /// Whether a pixel of the depth image shows something that moves, or may: H x W, bool. None with the method rec_hv.
     #[getter]
     fn moving<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(MaskedDepth { frame, is_moving }) = self.masked() else { return Ok(None) };
-        let image = frame.image();
-        let make = || arrays::mask(py, is_moving, [image.height_px(), image.width_px()]);
+        let Some(masked) = self.masked() else { return Ok(None) };
+        let image = masked.frame().image();
+        let make = || arrays::mask(py, masked.is_moving(), [image.height_px(), image.width_px()]);
         self.moving.get(py, make).map(Some)
     }
 
@@ -107,7 +106,7 @@ impl Cycle {
     /// it. None where the cycle has no colour image.
     #[getter]
     fn colours<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(MaskedDepth { frame, .. }) = self.masked() else { return Ok(None) };
+        let Some(frame) = self.frame() else { return Ok(None) };
         let (image, Some(colours)) = (frame.image(), frame.colours()) else { return Ok(None) };
         let make = || {
             let shape = [image.height_px(), image.width_px(), 3];
@@ -119,7 +118,7 @@ impl Cycle {
     /// The camera of the depth image as its matrix K: 3 x 3, float64, pixels. None with the method rec_hv.
     #[getter]
     fn camera_matrix<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(MaskedDepth { frame, .. }) = self.masked() else { return Ok(None) };
+        let Some(frame) = self.frame() else { return Ok(None) };
         let camera = frame.camera();
         let matrix =
             [[camera.fx_px, 0.0, camera.cx_px], [0.0, camera.fy_px, camera.cy_px], [0.0, 0.0, 1.0]];
@@ -130,7 +129,7 @@ impl Cycle {
     /// method rec_hv.
     #[getter]
     fn camera_distortion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(MaskedDepth { frame, .. }) = self.masked() else { return Ok(None) };
+        let Some(frame) = self.frame() else { return Ok(None) };
         let coefficients = frame.camera().distortion.coefficients();
         arrays::array(py, coefficients, [coefficients.len()]).map(Some)
     }

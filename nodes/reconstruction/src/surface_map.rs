@@ -100,8 +100,7 @@ impl SurfaceMap {
     /// Takes in the depth image of a cycle.
     ///
     /// # Errors
-    /// When the cycle has none, is in another frame than the map, or its image, camera or pose is none; the map is then as it
-    /// was.
+    /// When the cycle has none, is in another frame than the map, or its pose is none; the map is then as it was.
     pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
         let Cloud { stamp, frame_id, .. } = &cycle.static_cloud;
         if let Some(map) = &self.frame_id
@@ -114,16 +113,10 @@ impl SurfaceMap {
         let told = cycle.map_from_rig * cycle.setup.mounts.rig_from_camera;
         let missed = self.corrections.missed_at(*stamp);
         let map_from_rig = missed.map_or(cycle.map_from_rig, |missed| missed * cycle.map_from_rig);
-        let (camera, map_from_camera) =
-            (depth.frame.camera(), missed.map_or(told, |missed| missed * told));
-        self.view.fill(&DepthInput {
-            image: depth.frame.image(),
-            is_moving: Some(&depth.is_moving),
-            colour: depth.frame.colours(),
-            camera,
-            map_from_camera: &map_from_camera,
-        })?;
-        self.views.add(MapView { stamp: *stamp, map_from_camera, camera: *camera });
+        let map_from_camera = missed.map_or(told, |missed| missed * told);
+        self.view.fill(&DepthInput::masked(depth, &map_from_camera))?;
+        let camera = *depth.frame().camera();
+        self.views.add(MapView { stamp: *stamp, map_from_camera, camera });
         if self.frame_id.is_none() {
             self.frame_id = Some(frame_id.clone());
             self.corrections.forget_path_of_another_frame(frame_id);

@@ -1,6 +1,6 @@
 //! What the sensors saw in a cycle, small enough to be kept for the report: the scan, the reduced cloud and a small depth image.
 
-use geometry::{CameraModel, DepthFrame, DepthPixels, Scan};
+use geometry::{CameraModel, DepthFrame, Scan};
 use nalgebra::{Isometry3, Point3};
 
 /// A step of [`ScanView::ranges`]: finer than any scanner's noise, and 131 m at most.
@@ -92,11 +92,8 @@ impl From<&DepthFrame> for SmallDepth {
         let pixel_step = width_px.div_ceil(MAX_DEPTH_COLUMNS).max(1);
         let (columns, rows) = (width_px.div_ceil(pixel_step), height_px.div_ceil(pixel_step));
         let mut depths_mm = Vec::with_capacity(columns * rows);
-        // A frame's depths are whole millimetres.
-        if let DepthPixels::Millimetres(pixels) = frame.image().pixels() {
-            for row in pixels.chunks_exact(width_px).step_by(pixel_step) {
-                depths_mm.extend(row.iter().step_by(pixel_step));
-            }
+        for row in frame.depths_mm().chunks_exact(width_px).step_by(pixel_step) {
+            depths_mm.extend(row.iter().step_by(pixel_step));
         }
         Self { columns, rows, pixel_step, depths_mm }
     }
@@ -117,7 +114,7 @@ impl SmallDepth {
 
 #[cfg(test)]
 mod tests {
-    use geometry::{DepthImage, Distortion, Stamp};
+    use geometry::{DepthImage, DepthPixels, Distortion, Stamp};
 
     use super::*;
 
@@ -164,7 +161,7 @@ mod tests {
             cy_px: 3.0,
             distortion: Distortion::None,
         };
-        let small = SmallDepth::from(&DepthFrame::new(&image, model).unwrap());
+        let small = SmallDepth::from(&DepthFrame::new(image, model).unwrap());
         assert_eq!((small.columns, small.rows, small.pixel_step), (160, 3, 2));
         assert!((small.depth_at_m(4.0, 2.0).unwrap() - 0.644).abs() < 1e-6);
         assert_eq!(small.depth_at_m(320.0, 2.0), None);

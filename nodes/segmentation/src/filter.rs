@@ -7,6 +7,7 @@ mod carried;
 mod verdict;
 
 use std::collections::{HashSet, VecDeque};
+use std::sync::Arc;
 
 use geometry::{
     BuildVoxelHasher, CameraModel, CloudCamera, DepthFrame, DepthFrameError, DepthImage,
@@ -105,46 +106,39 @@ impl MotionFilter {
     /// When the image is not of this camera.
     pub fn pixels(
         &mut self,
-        image: &DepthImage,
+        image: &Arc<DepthImage>,
         camera: &CameraModel,
     ) -> Result<Option<Vec<bool>>, DepthFrameError> {
         let Some(verdict) = self.nearest(image.stamp) else { return Ok(None) };
         if let Some(depth) = &verdict.depth
             && verdict.view_stamp == image.stamp
-            && depth.frame.camera() == camera
+            && depth.frame().camera() == camera
         {
-            return Ok(Some(depth.is_moving.clone()));
+            return Ok(Some(depth.is_moving().to_vec()));
         }
         let moving = self.moving_in_rig(verdict, image.stamp);
         if moving.is_empty() {
             return Ok(Some(vec![false; image.pixels().len()]));
         }
         let rig_from_camera = verdict.mounts.rig_from_camera;
-        let frame = DepthFrame::new(image, *camera)?;
-        Ok(Some(self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter())?))
+        let frame = DepthFrame::new(Arc::clone(image), *camera)?;
+        Ok(Some(self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter())))
     }
 
     /// The points of a cloud of `places` points, row by row, that move; `None` where no cycle is near. Where a pinhole camera has
     /// computed the cloud, they are the pixels of its depth image; otherwise the points beside moving ones.
-    ///
-    /// # Errors
-    /// When the image of the cloud is not of its camera.
-    pub fn points(
-        &mut self,
-        cloud: &OrganisedCloud,
-        places: usize,
-    ) -> Result<Option<Vec<bool>>, DepthFrameError> {
+    pub fn points(&mut self, cloud: &OrganisedCloud, places: usize) -> Option<Vec<bool>> {
         let stamp = cloud.cloud().stamp;
-        let Some(verdict) = self.nearest(stamp) else { return Ok(None) };
+        let verdict = self.nearest(stamp)?;
         let moving = self.moving_in_rig(verdict, stamp);
         let mut is_moving = vec![false; places];
         if moving.is_empty() {
-            return Ok(Some(is_moving));
+            return Some(is_moving);
         }
         let rig_from_camera = verdict.mounts.rig_from_camera;
         match self.cloud_camera.frame_of_organised(cloud) {
             Ok(frame) if frame.image().pixels().len() == places => {
-                is_moving = self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter())?;
+                is_moving = self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter());
             }
             _ => {
                 let voxels = self.voxels_of(&moving);
@@ -157,7 +151,7 @@ impl MotionFilter {
                 }
             }
         }
-        Ok(Some(is_moving))
+        Some(is_moving)
     }
 
     /// The verdict whose view is nearest in time, the earlier one of two.

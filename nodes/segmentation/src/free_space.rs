@@ -222,15 +222,9 @@ impl FreeSpaceSegmenter {
     fn record(&mut self, points: &CyclePoints<'_>, is_dynamic: &[bool]) {
         let cycle = points.cycle;
         let filled = cycle.depth.as_ref().map(|frame| {
-            self.depth_view.fill(&DepthInput {
-                image: frame.image(),
-                // Space is free before what moves as before anything else.
-                is_moving: None,
-                colour: None,
-                camera: frame.camera(),
-                map_from_camera: &(cycle.continuous_from_rig()
-                    * cycle.setup.mounts.rig_from_camera),
-            })
+            let map_from_camera = cycle.continuous_from_rig() * cycle.setup.mounts.rig_from_camera;
+            // Without a mask: space is free before what moves as before anything else.
+            self.depth_view.fill(&DepthInput::new(frame, &map_from_camera).without_colours())
         });
         if matches!(filled, Some(Ok(()))) {
             self.recent_views.remember(&self.depth_view);

@@ -16,8 +16,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use geometry::{
-    BuildVoxelHasher, CameraModel, DepthCameraError, DepthFrame, DepthLimits, DepthPixels,
-    DepthProjector, PixelArea, RayTable, VoxelGrid, VoxelKey,
+    BuildVoxelHasher, CameraModel, DepthFrame, PixelArea, RayTable, VoxelGrid, VoxelKey,
 };
 use nalgebra::{Isometry3, Point3};
 use volume::DepthNoise;
@@ -31,56 +30,43 @@ const STEEPEST_SLOPE: f32 = 3.7;
 /// Pixels added around the mask. Of 640 columns the mixed depths of structured light span one or two.
 const MARGIN_PX: usize = 2;
 
-/// Makes the masks of a pipeline's cycles. Keeps what belongs to the camera from one to the next.
+/// Makes the masks of a pipeline's cycles. Keeps the rays of the camera from one to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct MovingPixels {
     grid: VoxelGrid,
     noise: DepthNoise,
-    known: Option<KnownCamera>,
-}
-
-#[derive(Clone, Debug)]
-struct KnownCamera {
-    rig_from_camera: Isometry3<f64>,
-    projector: DepthProjector,
+    last_rays: Option<RayTable>,
 }
 
 impl MovingPixels {
     /// For clouds that were reduced by this grid.
     pub(crate) fn new(grid: VoxelGrid) -> Self {
-        Self { grid, noise: DepthNoise::default(), known: None }
+        Self { grid, noise: DepthNoise::default(), last_rays: None }
     }
 
     /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do.
-    ///
-    /// # Errors
-    /// When the image is not of the camera's size, as that of a frame is.
     pub(crate) fn mask<'a>(
         &mut self,
         frame: &DepthFrame,
         rig_from_camera: &Isometry3<f64>,
         moving: impl Iterator<Item = &'a Point3<f32>> + Clone,
-    ) -> Result<Vec<bool>, DepthCameraError> {
+    ) -> Vec<bool> {
         let grid = self.grid;
-        let mut is_moving = vec![false; frame.image().pixels().len()];
+        let depths_mm = frame.depths_mm();
+        let mut is_moving = vec![false; depths_mm.len()];
         let voxels: HashSet<VoxelKey, BuildVoxelHasher> =
             moving.clone().map(|point| grid.key(point)).collect();
-        let DepthPixels::Millimetres(depths_mm) = frame.image().pixels() else {
-            return Ok(is_moving);
-        };
-        let Some(known) = self.known_camera(frame.camera(), rig_from_camera) else {
-            return Ok(is_moving);
-        };
+        frame.rays().share_with(&mut self.last_rays);
         let area = area_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
         let mut last = None;
-        known.projector.for_each_voxel(frame.image(), area, &grid, |pixel, voxel| {
+        frame.for_each_voxel(rig_from_camera, area, &grid, |pixel, voxel| {
             let is_of_object = match last {
                 Some((last, is_of_object)) if last == voxel => is_of_object,
                 _ => voxels.contains(&voxel),
             };
             last = Some((voxel, is_of_object));
             is_moving[pixel] = is_of_object;
-        })?;
+        });
         let growth = Growth {
             depths_mm,
             camera: frame.camera(),
@@ -89,25 +75,7 @@ impl MovingPixels {
         };
         growth.grow(&mut is_moving);
         widen(&mut is_moving, frame.camera().width_px);
-        Ok(is_moving)
-    }
-
-    /// Where the pixels of this camera are in the rig. `None` where the numbers describe no camera.
-    fn known_camera(
-        &mut self,
-        camera: &CameraModel,
-        rig_from_camera: &Isometry3<f64>,
-    ) -> Option<&KnownCamera> {
-        let is_known = |known: &KnownCamera| {
-            known.projector.rays().camera() == camera && known.rig_from_camera == *rig_from_camera
-        };
-        if !self.known.as_ref().is_some_and(is_known) {
-            let rays = RayTable::new(camera).ok()?;
-            let limits = DepthLimits::default();
-            let projector = DepthProjector::new(rays, limits, rig_from_camera, "");
-            self.known = Some(KnownCamera { rig_from_camera: *rig_from_camera, projector });
-        }
-        self.known.as_ref()
+        is_moving
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use geometry::{
-    Cloud, DepthCameraError, DetectedCycle, DynamicZone, MaskedDepth, Method, ParameterError,
+    Cloud, DetectedCycle, DynamicZone, MaskSizeError, MaskedDepth, Method, ParameterError,
     SegmentationCounts, SegmentedCycle, Track, UnusablePose, check_pose,
 };
 
@@ -74,9 +74,9 @@ pub enum SegmentationError {
         /// The left-hand bound.
         azimuth_max_rad: f64,
     },
-    /// The depth image is not of its camera.
+    /// The mask is not one of the depth image.
     #[error(transparent)]
-    Depth(#[from] DepthCameraError),
+    Mask(#[from] MaskSizeError),
     /// The pose cannot carry a cloud: the static points would be lost.
     #[error("cycle {index}: {source}")]
     Pose {
@@ -194,9 +194,9 @@ impl Segmenter {
                 let frame = Arc::clone(frame);
                 let rig_from_camera = &cycle.setup.mounts.rig_from_camera;
                 let moving = dynamic_cloud.points_m.iter();
-                let is_moving = moving_pixels.mask(&frame, rig_from_camera, moving)?;
+                let is_moving = moving_pixels.mask(&frame, rig_from_camera, moving);
                 observe(Step::Mask);
-                Some(MaskedDepth { frame, is_moving })
+                Some(MaskedDepth::new(frame, is_moving)?)
             }
             _ => None,
         };

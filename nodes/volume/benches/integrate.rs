@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use estimation::executor::Serial;
-use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+use geometry::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
 use volume::{
     DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, DistanceField, MeshFollower,
@@ -61,7 +61,7 @@ fn depth_m(from: &Point3<f64>, ray: &Vector3<f64>) -> f64 {
     depths.filter(|depth_m| *depth_m > 0.2).fold(f64::INFINITY, f64::min)
 }
 
-fn images() -> Vec<(DepthImage, Isometry3<f64>)> {
+fn images() -> Vec<(DepthFrame, Isometry3<f64>)> {
     let mut seed = 1_u64;
     let mut noise = || {
         let mut uniform = || {
@@ -84,7 +84,8 @@ fn images() -> Vec<(DepthImage, Isometry3<f64>)> {
             });
             let pixels = DepthPixels::Millimetres(values.collect());
             let stamp = Stamp::default().plus_seconds(0.1 * index as f64);
-            (DepthImage::new(stamp, "camera".into(), (640, 480), pixels).unwrap(), pose)
+            let image = DepthImage::new(stamp, "camera".into(), (640, 480), pixels).unwrap();
+            (DepthFrame::new(image, CAMERA).unwrap(), pose)
         })
         .collect()
 }
@@ -93,24 +94,27 @@ fn view() -> DepthView {
     DepthView::new(DepthRange { min_m: 0.2, max_m: 6.0 }, DepthNoise::default()).unwrap()
 }
 
-fn fill(view: &mut DepthView, (image, pose): &(DepthImage, Isometry3<f64>), colour: &[[u8; 3]]) {
-    let colour = (!colour.is_empty()).then_some(colour);
-    let (camera, map_from_camera) = (&CAMERA, pose);
-    view.fill(&DepthInput { image, is_moving: None, colour, camera, map_from_camera }).unwrap();
+fn fill(view: &mut DepthView, (frame, map_from_camera): &(DepthFrame, Isometry3<f64>)) {
+    view.fill(&DepthInput::new(frame, map_from_camera)).unwrap();
 }
 
 fn integrate(criterion: &mut Criterion) {
     let images = images();
-    let grey = vec![[128; 3]; 640 * 480];
+    let coloured: Vec<_> = images
+        .iter()
+        .map(|(frame, pose)| {
+            (frame.clone().with_colours(vec![[128; 3]; 640 * 480]).unwrap(), *pose)
+        })
+        .collect();
     let mut view = view();
     criterion.bench_function("preparation", |bencher| {
         let mut images = images.iter().cycle();
-        bencher.iter(|| fill(&mut view, images.next().unwrap(), &[]));
+        bencher.iter(|| fill(&mut view, images.next().unwrap()));
     });
     let mut group = criterion.benchmark_group("surface");
     group.sample_size(15);
     for has_colour in [false, true] {
-        let colour: &[[u8; 3]] = if has_colour { &grey } else { &[] };
+        let images = if has_colour { &coloured } else { &images };
         for edge_m in [0.10, 0.08, 0.05, 0.03, 0.02, 0.01] {
             let config =
                 SurfaceConfig { edge_m, reach_m: 6.0, has_colour, ..SurfaceConfig::default() };
@@ -120,7 +124,7 @@ fn integrate(criterion: &mut Criterion) {
             let id = BenchmarkId::new(name, format!("{edge_m} m"));
             group.bench_function(id, |bencher| {
                 bencher.iter(|| {
-                    fill(&mut view, images.next().unwrap(), colour);
+                    fill(&mut view, images.next().unwrap());
                     surface.integrate(&view, &Serial)
                 });
             });
@@ -150,7 +154,7 @@ fn mesh(criterion: &mut Criterion) {
             bencher.iter_custom(|iterations| {
                 let mut took = Duration::ZERO;
                 for _ in 0..iterations {
-                    fill(&mut view, images.next().unwrap(), &[]);
+                    fill(&mut view, images.next().unwrap());
                     surface.integrate(&view, &Serial);
                     let start = Instant::now();
                     follower.follow(&surface);
@@ -206,7 +210,7 @@ fn distance(criterion: &mut Criterion) {
     let config = SurfaceConfig { edge_m: 0.03, reach_m: 6.0, ..SurfaceConfig::default() };
     let mut surface = Surface::new(config).unwrap();
     for image in &images {
-        fill(&mut view, image, &[]);
+        fill(&mut view, image);
         surface.integrate(&view, &Serial);
     }
     let (places, slice) = (places(), slice());
@@ -268,7 +272,7 @@ fn distance(criterion: &mut Criterion) {
         bencher.iter_custom(|iterations| {
             let mut took = Duration::ZERO;
             for _ in 0..iterations {
-                fill(&mut view, images.next().unwrap(), &[]);
+                fill(&mut view, images.next().unwrap());
                 surface.integrate(&view, &Serial);
                 let start = Instant::now();
                 field.follow(&surface);

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use estimation::executor::{Executor, ScopedThreads, Serial};
-use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+use geometry::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion, Stamp};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion};
 use volume::{
     DepthInput, DepthNoise, DepthRange, DepthView, MeshFollower, Occupancy, OccupancyConfig,
@@ -31,12 +31,8 @@ fn pose(text: &str) -> Isometry3<f64> {
 const MESSAGE_TRIANGLES: usize = 1_000;
 
 /// Every eighth pixel's point along each axis: about as many as a cloud has that was reduced to voxels of 8 cm.
-fn points_of(
-    image: &DepthImage,
-    camera: &CameraModel,
-    map_from_camera: &Isometry3<f64>,
-) -> Vec<Point3<f64>> {
-    let DepthPixels::Millimetres(depths_mm) = image.pixels() else { return Vec::new() };
+fn points_of(frame: &DepthFrame, map_from_camera: &Isometry3<f64>) -> Vec<Point3<f64>> {
+    let (depths_mm, camera) = (frame.depths_mm(), frame.camera());
     let pixels =
         (0..480).step_by(8).flat_map(|row| (0..640).step_by(8).map(move |column| (column, row)));
     let point = |(column, row): (usize, usize)| {
@@ -68,30 +64,26 @@ fn main() {
         cy_px: 239.5,
         distortion: Distortion::None,
     };
-    let frames: Vec<(DepthImage, Isometry3<f64>)> = (0..)
+    let has_colour = std::env::var_os("COLOUR").is_some();
+    let frames: Vec<(DepthFrame, Isometry3<f64>)> = (0..)
         .map_while(|index| {
             let bytes = fs::read(folder.join(format!("{index:04}.depth.bin"))).ok()?;
             let values = bytes.as_chunks::<2>().0.iter().map(|pair| u16::from_le_bytes(*pair));
             let pixels = DepthPixels::Millimetres(values.collect());
             let stamp = Stamp::default().plus_seconds(0.1 * f64::from(index));
             let text = fs::read_to_string(folder.join(format!("{index:04}.pose.txt"))).unwrap();
-            Some((
-                DepthImage::new(stamp, "camera".into(), (640, 480), pixels).unwrap(),
-                pose(&text),
-            ))
+            let image = DepthImage::new(stamp, "camera".into(), (640, 480), pixels).unwrap();
+            let mut frame = DepthFrame::new(image, camera).unwrap();
+            if has_colour {
+                frame = frame.with_colours(vec![[128; 3]; 640 * 480]).unwrap();
+            }
+            Some((frame, pose(&text)))
         })
         .collect();
-    let colours = vec![[128; 3]; 640 * 480];
-    let colour = std::env::var_os("COLOUR").map(|_| colours.as_slice());
 
     let range = DepthRange { min_m: 0.1, max_m: 6.0 };
     let mut view = DepthView::new(range, DepthNoise::default()).unwrap();
-    let config = SurfaceConfig {
-        edge_m,
-        reach_m: 6.0,
-        has_colour: colour.is_some(),
-        ..SurfaceConfig::default()
-    };
+    let config = SurfaceConfig { edge_m, reach_m: 6.0, has_colour, ..SurfaceConfig::default() };
     let mut surface = Surface::new(config).unwrap();
     let mut occupancy =
         Occupancy::new(OccupancyConfig { reach_m: 6.0, ..Default::default() }).unwrap();
@@ -99,20 +91,19 @@ fn main() {
     let (mut follower, mut mesh) = (MeshFollower::default(), Vec::new());
     let mut update = None;
     // The first images create the blocks of the room, which happens only once in a run.
-    for (image, map_from_camera) in frames.iter().cycle().take(repetitions.max(1) + 2) {
+    for (frame, map_from_camera) in frames.iter().cycle().take(repetitions.max(1) + 2) {
         let mut start = Instant::now();
         let mut lap_ms = || {
             let now = Instant::now();
             (now - std::mem::replace(&mut start, now)).as_secs_f64() * 1e3
         };
-        let input = DepthInput { image, is_moving: None, colour, camera: &camera, map_from_camera };
-        view.fill(&input).unwrap();
+        view.fill(&DepthInput::new(frame, map_from_camera)).unwrap();
         let prepared_ms = lap_ms();
         update = Some(surface.integrate(&view, executor));
         ms.push(prepared_ms + lap_ms());
-        occupancy.begin_cycle(image.stamp);
+        occupancy.begin_cycle(frame.image().stamp);
         let camera_in_map = map_from_camera.translation.vector.into();
-        occupancy.integrate(&camera_in_map, &view, &points_of(image, &camera, map_from_camera));
+        occupancy.integrate(&camera_in_map, &view, &points_of(frame, map_from_camera));
         preparation.push(prepared_ms);
         space.push(lap_ms());
         follower.follow(&surface);

@@ -3,10 +3,7 @@
 mod remap;
 mod tiles;
 
-use geometry::{
-    CameraModel, CameraModelError, DepthCameraError, DepthImage, DepthPixels, NO_COLOUR, Stamp,
-    UnusablePose,
-};
+use geometry::{DepthFrame, MaskedDepth, NO_COLOUR, Stamp, UnusablePose};
 use multiversion::multiversion;
 use nalgebra::{Isometry3, Point3};
 
@@ -31,44 +28,50 @@ impl Default for DepthRange {
     }
 }
 
-/// A depth image with its mask, colours, camera and pose.
+/// A depth image with its camera, colours and pose, and what moves in it.
 #[derive(Clone, Copy, Debug)]
 pub struct DepthInput<'a> {
-    /// The depths.
-    pub image: &'a DepthImage,
-    /// For each pixel, row by row, whether it shows a moving object. Such a pixel adds no surface; like any other it shows that
-    /// the space in front of it is free.
-    pub is_moving: Option<&'a [bool]>,
-    /// The colour that each pixel shows, row by row: red, green, blue; [`geometry::NO_COLOUR`] where none was seen. Those of what
-    /// moves are not used.
-    pub colour: Option<&'a [[u8; 3]]>,
-    /// The camera of the depth image.
-    pub camera: &'a CameraModel,
-    /// Takes a point of the camera's optical frame (x right, y down, z forward) to the map.
-    pub map_from_camera: &'a Isometry3<f64>,
+    frame: &'a DepthFrame,
+    is_moving: Option<&'a [bool]>,
+    has_colour: bool,
+    map_from_camera: &'a Isometry3<f64>,
+}
+
+impl<'a> DepthInput<'a> {
+    /// An image in which nothing moves. `map_from_camera` takes a point of the camera's optical frame (x right, y down, z forward)
+    /// to the map.
+    #[must_use]
+    pub fn new(frame: &'a DepthFrame, map_from_camera: &'a Isometry3<f64>) -> Self {
+        Self { frame, is_moving: None, has_colour: true, map_from_camera }
+    }
+
+    /// An image with what moves in it. A pixel that moves adds no surface and no colour; like any other it shows that the space in
+    /// front of it is free.
+    #[must_use]
+    pub fn masked(masked: &'a MaskedDepth, map_from_camera: &'a Isometry3<f64>) -> Self {
+        Self { is_moving: Some(masked.is_moving()), ..Self::new(masked.frame(), map_from_camera) }
+    }
+
+    /// The same without the colours, for those who have no use for them.
+    #[must_use]
+    pub fn without_colours(self) -> Self {
+        Self { has_colour: false, ..self }
+    }
 }
 
 /// A depth image that cannot be used. The view is then empty.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum ViewError {
-    /// The camera model is invalid.
-    #[error(transparent)]
-    Camera(#[from] CameraModelError),
     /// The panorama model is invalid.
     #[error(transparent)]
     Panorama(#[from] SphericalModelError),
-    /// The image has another size than the camera model.
-    #[error(transparent)]
-    Size(#[from] DepthCameraError),
-    /// A mask or a colour image has another size than the depth image.
-    #[error("{what} of {pixels} pixels does not fit a depth image of {expected}")]
-    Beside {
-        /// Mask or colour image.
-        what: &'static str,
-        /// How many pixels it has.
-        pixels: usize,
-        /// How many it must have.
-        expected: usize,
+    /// A mask has another length than the points.
+    #[error("a mask of {mask_points} points does not fit a cloud of {points}")]
+    Mask {
+        /// How many points the mask has.
+        mask_points: usize,
+        /// How many points there are.
+        points: usize,
     },
     /// The pose is invalid.
     #[error(transparent)]
@@ -143,43 +146,27 @@ impl DepthView {
     /// Fills the view with a depth image.
     ///
     /// # Errors
-    /// When the sizes differ, or the camera or the pose is invalid.
+    /// When the pose is invalid.
     pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
         self.clear();
-        let DepthInput { image, is_moving, colour, camera, map_from_camera } = *input;
-        camera.validate()?;
+        let DepthInput { frame, is_moving, has_colour, map_from_camera } = *input;
         geometry::check_pose(map_from_camera)?;
+        let (image, camera) = (frame.image(), frame.camera());
         let (width_px, height_px) = (image.width_px(), image.height_px());
-        if (width_px, height_px) != (camera.width_px, camera.height_px) {
-            return Err(ViewError::Size(DepthCameraError {
-                image_width_px: width_px,
-                image_height_px: height_px,
-                camera_width_px: camera.width_px,
-                camera_height_px: camera.height_px,
-            }));
-        }
-        let expected = width_px * height_px;
-        let fits = |what: &'static str, pixels: Option<usize>| match pixels {
-            Some(pixels) if pixels != expected => Err(ViewError::Beside { what, pixels, expected }),
-            _ => Ok(()),
-        };
-        fits("a mask", is_moving.map(<[bool]>::len))?;
-        fits("a colour image", colour.map(<[[u8; 3]]>::len))?;
 
         self.stamp = image.stamp;
         self.map_from_camera = *map_from_camera;
-        let pinhole = Pinhole::of(camera);
-        self.kind = Kind::Pinhole(pinhole);
+        self.kind = Kind::Pinhole(Pinhole::of(camera));
         self.width_px = width_px;
-        self.depths_m.resize(expected, 0.0);
-        load(image.pixels(), self.range, &mut self.depths_m);
+        self.depths_m.resize(width_px * height_px, 0.0);
+        load(frame.depths_mm(), self.range, &mut self.depths_m);
         if let Some(is_moving) = is_moving {
             for (depth_m, &is_moving) in self.depths_m.iter_mut().zip(is_moving) {
                 *depth_m = if is_moving { -depth_m.abs() } else { *depth_m };
             }
         }
         self.colour.clear();
-        self.colour.extend_from_slice(colour.unwrap_or_default());
+        self.colour.extend_from_slice(frame.colours().filter(|_| has_colour).unwrap_or_default());
         if !camera.distortion.is_none() {
             let known = self.remap.take().filter(|known| known.is_of(camera));
             let remap = known.unwrap_or_else(|| Remap::of(camera));
@@ -209,9 +196,10 @@ impl DepthView {
         self.clear();
         model.validate()?;
         geometry::check_pose(map_from_sensor)?;
-        let (pixels, expected) = (is_moving.map_or(points_m.len(), <[bool]>::len), points_m.len());
-        if pixels != expected {
-            return Err(ViewError::Beside { what: "a mask", pixels, expected });
+        let (mask_points, points) =
+            (is_moving.map_or(points_m.len(), <[bool]>::len), points_m.len());
+        if mask_points != points {
+            return Err(ViewError::Mask { mask_points, points });
         }
         self.stamp = stamp;
         self.map_from_camera = *map_from_sensor;
@@ -291,18 +279,9 @@ impl DepthView {
 
 /// Converts depths to metres, 0 where nothing was measured.
 #[multiversion(targets("x86_64+avx2"))]
-fn load(pixels: &DepthPixels, range: DepthRange, depths_m: &mut [f32]) {
-    match pixels {
-        DepthPixels::Millimetres(values) => {
-            for (depth_m, &depth_mm) in depths_m.iter_mut().zip(values) {
-                *depth_m = within(f32::from(depth_mm) / 1e3, range);
-            }
-        }
-        DepthPixels::Metres(values) => {
-            for (depth_m, &value_m) in depths_m.iter_mut().zip(values) {
-                *depth_m = within(if value_m.is_finite() { value_m } else { 0.0 }, range);
-            }
-        }
+fn load(depths_mm: &[u16], range: DepthRange, depths_m: &mut [f32]) {
+    for (depth_m, &depth_mm) in depths_m.iter_mut().zip(depths_mm) {
+        *depth_m = within(f32::from(depth_mm) / 1e3, range);
     }
 }
 

@@ -17,7 +17,7 @@
 //! | [`DistanceField`] | how far a place is from the nearest point of a surface, and in which direction that is |
 //!
 //! ```
-//! use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+//! use geometry::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion, Stamp};
 //! use volume::*;
 //!
 //! let (size, distortion) = ((64, 48), Distortion::None);
@@ -28,9 +28,8 @@
 //!
 //! let mut view = DepthView::new(DepthRange::default(), DepthNoise::default())?;
 //! let mut surface = Surface::new(SurfaceConfig { edge_m: 0.05, ..SurfaceConfig::default() })?;
-//! let map_from_camera = nalgebra::Isometry3::identity();
-//! let (image, camera, map_from_camera) = (&image, &camera, &map_from_camera);
-//! view.fill(&DepthInput { image, is_moving: None, colour: None, camera, map_from_camera })?;
+//! let (frame, map_from_camera) = (DepthFrame::new(image, camera)?, nalgebra::Isometry3::identity());
+//! view.fill(&DepthInput::new(&frame, &map_from_camera))?;
 //! surface.integrate(&view, &estimation::executor::Serial);
 //! assert!(surface.points(PointRules::default()).iter().all(|p| (p.position_m.z - 2.0).abs() < 0.001));
 //! # Ok::<(), Box<dyn std::error::Error>>(())

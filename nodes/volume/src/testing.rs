@@ -1,6 +1,8 @@
 //! A room with a ball in it, seen by a depth camera, with ground truth: for tests.
 
-use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+use std::sync::Arc;
+
+use geometry::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion, MaskedDepth, Stamp};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::projection::Project;
@@ -122,10 +124,12 @@ impl Noise {
     }
 }
 
-pub(crate) fn image(camera: &CameraModel, stamp_s: f64, depths_m: Vec<f32>) -> DepthImage {
+/// The image of these depths, in whole millimetres.
+pub(crate) fn frame(camera: &CameraModel, stamp_s: f64, depths_m: Vec<f32>) -> DepthFrame {
     let stamp = Stamp::default().plus_seconds(stamp_s);
     let size = (camera.width_px, camera.height_px);
-    DepthImage::new(stamp, "camera".into(), size, DepthPixels::Metres(depths_m)).unwrap()
+    let image = DepthImage::new(stamp, "camera".into(), size, DepthPixels::Metres(depths_m));
+    DepthFrame::new(image.unwrap(), *camera).unwrap()
 }
 
 /// A view of depths, some of which may move.
@@ -138,9 +142,20 @@ pub(crate) fn view_of(
 ) -> DepthView {
     let mut view =
         DepthView::new(DepthRange { min_m: 0.2, max_m: 8.0 }, DepthNoise::default()).unwrap();
-    let image = &image(camera, stamp_s, depths_m);
-    view.fill(&DepthInput { image, is_moving, colour: None, camera, map_from_camera }).unwrap();
+    fill(&mut view, frame(camera, stamp_s, depths_m), is_moving, map_from_camera);
     view
+}
+
+/// Fills a view with an image, some of whose pixels may move.
+pub(crate) fn fill(
+    view: &mut DepthView,
+    frame: DepthFrame,
+    is_moving: Option<&[bool]>,
+    map_from_camera: &Isometry3<f64>,
+) {
+    let is_moving = is_moving.map_or(vec![false; frame.depths_mm().len()], <[bool]>::to_vec);
+    let masked = MaskedDepth::new(Arc::new(frame), is_moving).unwrap();
+    view.fill(&DepthInput::masked(&masked, map_from_camera)).unwrap();
 }
 
 pub(crate) fn view_of_scene(

@@ -242,9 +242,9 @@ fn run(
                 in_zone += usize::from(moving_m.iter().any(|point| is_in(&found.zones, point)));
             }
             let depth = found.segmented.depth.as_ref().unwrap();
-            let image = depth.frame.image();
+            let image = depth.frame().image();
             let truth = recording.labels_at(image.stamp);
-            for (index, (&is_masked, &label)) in depth.is_moving.iter().zip(truth).enumerate() {
+            for (index, (&is_masked, &label)) in depth.is_moving().iter().zip(truth).enumerate() {
                 let (column, row) = (index % image.width_px(), index / image.width_px());
                 if image.depth_m(column, row).is_none() {
                     continue;

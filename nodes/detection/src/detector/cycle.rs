@@ -1,8 +1,8 @@
 //! What goes into one cycle of detection, and what comes out of it.
 
 use geometry::{
-    Cloud, DepthCameraError, DepthFrameError, DepthImage, DepthProjector, DetectedCycle,
-    OrganisedCloud, PinholeFitError, Scan, Stamp, UnusablePose,
+    Cloud, DetectedCycle, OrganisedCloud, PinholeFitError, ProjectableDepth, Scan, Stamp,
+    UnusablePose,
 };
 use nalgebra::Isometry3;
 
@@ -17,13 +17,8 @@ pub enum View<'a> {
     PointsInCamera(&'a Cloud),
     /// Points of a camera's pixels, in its optical frame.
     OrganisedPoints(&'a OrganisedCloud),
-    /// A depth image, with the projector of its camera from [`Detector::depth_projector`](super::Detector::depth_projector).
-    Depth {
-        /// The image.
-        image: &'a DepthImage,
-        /// From its pixels to the rig frame.
-        projector: &'a DepthProjector,
-    },
+    /// A depth image, of a projector from [`Detector::depth_projector`](super::Detector::depth_projector).
+    Depth(ProjectableDepth<'a>),
 }
 
 impl View<'_> {
@@ -32,7 +27,7 @@ impl View<'_> {
         match self {
             Self::PointsInCamera(cloud) => cloud.stamp,
             Self::OrganisedPoints(cloud) => cloud.cloud().stamp,
-            Self::Depth { image, .. } => image.stamp,
+            Self::Depth(depth) => depth.image().stamp,
         }
     }
 }
@@ -129,12 +124,6 @@ pub enum DetectionError {
     /// The scan's angles say nothing.
     #[error(transparent)]
     ScanAngles(#[from] ScanAnglesError),
-    /// The depth image does not fit the camera.
-    #[error(transparent)]
-    DepthCamera(#[from] DepthCameraError),
-    /// The depth image cannot go on to segmentation and the map.
-    #[error(transparent)]
-    DepthFrame(#[from] DepthFrameError),
     /// The pose cannot carry a cloud.
     #[error(transparent)]
     Pose(#[from] UnusablePose),

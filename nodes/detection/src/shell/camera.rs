@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use calibration::camera_file::camera_from_yaml;
-use geometry::{CameraModel, CameraModelError, DepthProjector};
+use geometry::{CameraModel, CameraModelError, DepthProjector, RayTable};
 use node_shell::{Counters, NodeFailure};
 
 use super::DetectionParameters;
@@ -15,7 +15,7 @@ pub const IMAGE_WITHOUT_CALIBRATION: &str = "image without a calibration";
 
 /// The depth camera, as far as it is known.
 pub(super) struct Camera {
-    known: Option<(CameraModel, DepthProjector)>,
+    known: Option<DepthProjector>,
     /// Whether the calibration comes from a file; then that of the topic is ignored.
     is_given: bool,
     /// Images received before the calibration of their camera.
@@ -35,12 +35,9 @@ impl Camera {
         counters: Counters,
     ) -> Result<Self, NodeFailure> {
         let given = given_camera(&parameters.camera_info_file)?;
-        let known = match given {
-            Some(camera) => Some((camera, detector.depth_projector(&camera)?)),
-            None => None,
-        };
+        let rays = given.as_ref().map(RayTable::new).transpose()?;
         Ok(Self {
-            known,
+            known: rays.map(|rays| detector.depth_projector(rays)),
             is_given: given.is_some(),
             uncalibrated: VecDeque::new(),
             most_uncalibrated: parameters.config.max_waiting_clouds,
@@ -48,8 +45,8 @@ impl Camera {
         })
     }
 
-    /// Its calibration, with the projector.
-    pub(super) fn known(&self) -> Option<&(CameraModel, DepthProjector)> {
+    /// The projector of its images.
+    pub(super) fn known(&self) -> Option<&DepthProjector> {
         self.known.as_ref()
     }
 
@@ -81,22 +78,19 @@ impl Camera {
         camera: CameraModel,
         detector: &Detector,
     ) -> Result<bool, CameraModelError> {
-        if self.is_given || self.known.as_ref().is_some_and(|(known, _)| *known == camera) {
+        let is_known = |known: &DepthProjector| *known.rays().camera() == camera;
+        if self.is_given || self.known.as_ref().is_some_and(is_known) {
             return Ok(false);
         }
-        self.known = Some((camera, detector.depth_projector(&camera)?));
+        self.known = Some(detector.depth_projector(RayTable::new(&camera)?));
         Ok(true)
     }
 
     /// Takes over the mounts that `detector` has by now.
-    ///
-    /// # Errors
-    /// When the numbers do not describe a camera.
-    pub(super) fn mount(&mut self, detector: &Detector) -> Result<(), CameraModelError> {
-        if let Some((camera, projector)) = &mut self.known {
-            *projector = detector.depth_projector(camera)?;
+    pub(super) fn mount(&mut self, detector: &Detector) {
+        if let Some(projector) = &mut self.known {
+            *projector = detector.depth_projector(projector.rays().clone());
         }
-        Ok(())
     }
 
     /// The waiting images, in their order.

@@ -126,7 +126,7 @@ impl Colours {
         let known = self.registration.take().filter(|known| known.is_of(frame.camera(), &camera));
         let registration = match known {
             Some(known) => known,
-            None => ColourRegistration::new(frame.camera(), &camera, &self.colour_from_depth)
+            None => ColourRegistration::new(frame.rays(), &camera, &self.colour_from_depth)
                 .map_err(|error| unusable(error.into()))?,
         };
         let colours = registration.colours(&colour, image);

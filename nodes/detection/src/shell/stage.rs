@@ -3,6 +3,8 @@
 
 mod waiting;
 
+use std::sync::Arc;
+
 use calibration::DepthOptics;
 use geometry::{CameraModel, Scan, Stamp, StampedPose};
 use msgs::convert;
@@ -343,7 +345,7 @@ impl Stage {
             let frames = frames_of(matched);
             if let Some(mounts) = transforms.changed_mounts(frames)? {
                 self.detector.mount(&mounts)?;
-                self.camera.mount(&self.detector)?;
+                self.camera.mount(&self.detector);
                 transforms.set_in_use(&mounts, frames);
                 if let Some(check) = &mut self.extrinsics {
                     check.mount(&mounts);
@@ -362,13 +364,13 @@ impl Stage {
     ) -> Result<Detected, NodeFailure> {
         let (image, cloud, organised);
         let view = match (&matched.cloud, self.camera.known()) {
-            (ViewMessage::Depth(message), Some((_, projector))) => {
-                image = convert::depth_from_message(message)?;
-                View::Depth { image: &image, projector }
+            (ViewMessage::Depth(message), Some(projector)) => {
+                image = Arc::new(convert::depth_from_message(message)?);
+                View::Depth(projector.image(&image)?)
             }
-            (ViewMessage::CompressedDepth(message), Some((_, projector))) => {
-                image = convert::compressed_depth_from_message(message)?;
-                View::Depth { image: &image, projector }
+            (ViewMessage::CompressedDepth(message), Some(projector)) => {
+                image = Arc::new(convert::compressed_depth_from_message(message)?);
+                View::Depth(projector.image(&image)?)
             }
             (ViewMessage::Depth(_) | ViewMessage::CompressedDepth(_), None) => {
                 return Err("the camera has no calibration".into());
@@ -383,11 +385,9 @@ impl Stage {
             }
         };
         timer.end_of("convert");
-        if let (Some(check), View::Depth { image, projector }, Some((camera, _))) =
-            (&mut self.extrinsics, view, self.camera.known())
-        {
-            let optics = DepthOptics { camera, rays: projector.rays() };
-            check.look(&matched.scan, image, optics, &pose.map_from_rig);
+        if let (Some(check), View::Depth(depth)) = (&mut self.extrinsics, view) {
+            let optics = DepthOptics { camera: depth.rays().camera(), rays: depth.rays() };
+            check.look(&matched.scan, depth.image(), optics, &pose.map_from_rig);
             timer.end_of("extrinsics_check");
         }
         let input = CycleInput {

@@ -1,20 +1,30 @@
 //! The rays of all pixels, computed once.
 
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Point2, Vector2};
 
 use super::{CameraModel, CameraModelError};
 
-/// The ray `(x / z, y / z)` of every pixel of a camera, so that lens distortion costs nothing per
-/// frame.
-#[derive(Clone, PartialEq, Debug)]
+/// A camera whose numbers are checked, with the ray `(x / z, y / z)` of each of its pixels, so that lens distortion costs nothing
+/// per frame.
+///
+/// The rays are computed at the first use, and clones share them.
+#[derive(Clone, Debug)]
 pub struct RayTable {
     camera: CameraModel,
-    rays: Rays,
+    rays: Arc<OnceLock<Arc<Rays>>>,
 }
 
-#[derive(Clone, PartialEq, Debug)]
+/// The rays follow from the camera.
+impl PartialEq for RayTable {
+    fn eq(&self, other: &Self) -> bool {
+        self.camera == other.camera
+    }
+}
+
+#[derive(Debug)]
 enum Rays {
     /// Without distortion x depends on the column alone and y on the row.
     Separable { x_of_column: Vec<f32>, y_of_row: Vec<f32> },
@@ -42,6 +52,30 @@ impl<'a> RayRow<'a> {
     }
 }
 
+impl Rays {
+    fn of(camera: &CameraModel) -> Self {
+        let CameraModel { width_px, height_px, .. } = *camera;
+        if camera.distortion.is_none() {
+            return Self::Separable {
+                x_of_column: (0..width_px)
+                    .map(|column| ((column as f64 - camera.cx_px) / camera.fx_px) as f32)
+                    .collect(),
+                y_of_row: (0..height_px)
+                    .map(|row| ((row as f64 - camera.cy_px) / camera.fy_px) as f32)
+                    .collect(),
+            };
+        }
+        let pixels = (0..height_px).flat_map(|row| (0..width_px).map(move |column| (column, row)));
+        let (x, y) = pixels
+            .map(|(column, row)| {
+                let ray = camera.ray(&Point2::new(column as f64, row as f64));
+                ray.map_or((f32::NAN, f32::NAN), |ray| (ray.x as f32, ray.y as f32))
+            })
+            .unzip();
+        Self::PerPixel { x, y }
+    }
+}
+
 impl RayTable {
     /// The rays of `camera`.
     ///
@@ -49,28 +83,26 @@ impl RayTable {
     /// When the numbers do not describe a camera; see [`CameraModel::validate`].
     pub fn new(camera: &CameraModel) -> Result<Self, CameraModelError> {
         camera.validate()?;
-        let CameraModel { width_px, height_px, .. } = *camera;
-        let rays = if camera.distortion.is_none() {
-            Rays::Separable {
-                x_of_column: (0..width_px)
-                    .map(|column| ((column as f64 - camera.cx_px) / camera.fx_px) as f32)
-                    .collect(),
-                y_of_row: (0..height_px)
-                    .map(|row| ((row as f64 - camera.cy_px) / camera.fy_px) as f32)
-                    .collect(),
-            }
-        } else {
-            let pixels =
-                (0..height_px).flat_map(|row| (0..width_px).map(move |column| (column, row)));
-            let (x, y) = pixels
-                .map(|(column, row)| {
-                    let ray = camera.ray(&Point2::new(column as f64, row as f64));
-                    ray.map_or((f32::NAN, f32::NAN), |ray| (ray.x as f32, ray.y as f32))
-                })
-                .unzip();
-            Rays::PerPixel { x, y }
-        };
-        Ok(Self { camera: *camera, rays })
+        Ok(Self::of_valid(*camera))
+    }
+
+    /// The rays of a camera that is known to be one.
+    pub(crate) fn of_valid(camera: CameraModel) -> Self {
+        Self { camera, rays: Arc::default() }
+    }
+
+    /// Shares the rays of `last`, where that is the table of the same camera, and takes its place: for images that come as messages,
+    /// each with a camera of its own.
+    pub fn share_with(&self, last: &mut Option<Self>) {
+        if let Some(last) = last.as_ref().filter(|last| *last == self) {
+            // Where they are computed already they stay.
+            let _ = self.rays.set(Arc::clone(last.computed()));
+        }
+        *last = Some(self.clone());
+    }
+
+    fn computed(&self) -> &Arc<Rays> {
+        self.rays.get_or_init(|| Arc::new(Rays::of(&self.camera)))
     }
 
     /// The camera.
@@ -109,7 +141,7 @@ impl RayTable {
     pub(crate) fn row(&self, row_px: usize) -> Option<RayRow<'_>> {
         let start = row_px.checked_mul(self.camera.width_px)?;
         let end = start.checked_add(self.camera.width_px)?;
-        match &self.rays {
+        match &**self.computed() {
             Rays::Separable { x_of_column, y_of_row } => {
                 Some(RayRow::Straight { x: x_of_column, y: *y_of_row.get(row_px)? })
             }

@@ -31,7 +31,7 @@ enum Lookup {
     SamePixel,
     /// For each pixel of the depth image the pixel of the colour image; one beyond the last where that shows nothing of it.
     ByRay(Vec<u32>),
-    ByPoint(Box<RayTable>),
+    ByPoint(RayTable),
 }
 
 /// Images of which no colours can be looked up.
@@ -67,17 +67,17 @@ impl ColourRegistration {
     /// other. It costs some 50 ms: make one for two cameras, not for each image.
     ///
     /// # Errors
-    /// When a camera or the transform is none.
+    /// When the colour camera or the transform is none.
     pub fn new(
-        depth_camera: &CameraModel,
+        depth_rays: &RayTable,
         colour_camera: &CameraModel,
         colour_from_depth: &Isometry3<f64>,
     ) -> Result<Self, ColourRegistrationError> {
-        depth_camera.validate()?;
+        let depth_camera = depth_rays.camera();
         colour_camera.validate()?;
         check_pose(colour_from_depth)?;
         let lookup = if colour_from_depth.translation.vector.norm() > 0.0 {
-            Lookup::ByPoint(Box::new(RayTable::new(depth_camera)?))
+            Lookup::ByPoint(depth_rays.clone())
         } else if *colour_from_depth == Isometry3::identity() && depth_camera == colour_camera {
             Lookup::SamePixel
         } else {

@@ -1,7 +1,7 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::*;
-use crate::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion};
+use crate::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion, RayTable};
 
 fn camera((width_px, height_px): (usize, usize), focal_px: f64) -> CameraModel {
     CameraModel {
@@ -32,7 +32,7 @@ fn registration(
     colour: &CameraModel,
     colour_from_depth: &Isometry3<f64>,
 ) -> ColourRegistration {
-    ColourRegistration::new(depth, colour, colour_from_depth).unwrap()
+    ColourRegistration::new(&RayTable::new(depth).unwrap(), colour, colour_from_depth).unwrap()
 }
 
 #[test]
@@ -143,13 +143,14 @@ fn images_of_another_size_than_their_camera_are_refused() {
     let error = same.colours(&numbered((8, 6)), &depth((6, 8), vec![0; 48])).unwrap_err();
     assert!(error.to_string().contains("6 x 8"), "{error}");
     assert!(ColourImage::new(Stamp::default(), (2, 3), vec![[0; 3]; 5]).is_err());
-    let frame = DepthFrame::new(&depths, camera).unwrap();
+    let frame = DepthFrame::new(depths, camera).unwrap();
     assert!(frame.clone().with_colours(vec![[1; 3]; 47]).is_err());
     assert_eq!(frame.clone().colours(), None);
     let coloured = frame.with_colours(vec![[1; 3]; 48]).unwrap();
     assert_eq!(coloured.colours(), Some(&[[1; 3]; 48][..]));
     let nowhere = Isometry3::from(Vector3::repeat(f64::NAN));
-    assert!(ColourRegistration::new(&camera, &camera, &nowhere).is_err());
+    let rays = RayTable::new(&camera).unwrap();
+    assert!(ColourRegistration::new(&rays, &camera, &nowhere).is_err());
 }
 
 /// The points of a cloud without pixels give their colours to the image that they are rendered into: the nearest one of a pixel.
@@ -158,7 +159,7 @@ fn a_rendered_image_has_the_colours_of_the_points_that_it_shows() {
     let camera = camera((8, 6), 7.0);
     let mut depths_mm = vec![0; 48];
     depths_mm[2 * 8 + 3] = 1500;
-    let frame = DepthFrame::new(&depth((8, 6), depths_mm), camera).unwrap();
+    let frame = DepthFrame::new(depth((8, 6), depths_mm), camera).unwrap();
     let point = |depth_m: f32| Point3::new(-0.5 / 7.0 * depth_m, -0.5 / 7.0 * depth_m, depth_m);
     let points = [(point(2.0), [9; 3]), (point(1.5), [5, 6, 7]), (point(1.5), [8; 3])];
     let colours = frame.colours_of_points(points.iter().map(|(point, colour)| (point, *colour)));

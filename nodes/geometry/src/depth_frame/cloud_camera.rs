@@ -1,9 +1,11 @@
 //! The camera of the depth images that are made of clouds, from one cloud to the next.
 
+use std::sync::Arc;
+
 use super::pinhole_fit::{PinholeFit, PinholeFitError};
 use super::points_in_view::{BLIND, Pitch, PointsInView, Rendered};
 use super::{DepthFrame, millimetres};
-use crate::{CameraModel, Cloud, DepthImage, OrganisedCloud};
+use crate::{CameraModel, Cloud, DepthImage, OrganisedCloud, RayTable};
 
 /// Surfaces have no holes when this share of the neighbours of pixels with a depth have a depth too: in Kinect images it is
 /// 0.95, at every third pixel as at all of them. Where pixels are finer than the points are apart by a third it is 0.5.
@@ -118,5 +120,5 @@ impl CloudCamera {
 fn frame_of(cloud: &Cloud, camera: CameraModel, depths_mm: Vec<u16>) -> DepthFrame {
     let size_px = (camera.width_px, camera.height_px);
     let image = DepthImage::of_millimetres(cloud.stamp, cloud.frame_id.clone(), size_px, depths_mm);
-    DepthFrame { image, camera, colours: None }
+    DepthFrame::of_its_size(Arc::new(image), RayTable::of_valid(camera))
 }

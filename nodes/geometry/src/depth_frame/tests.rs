@@ -17,7 +17,7 @@ fn image(size_px: (usize, usize), pixels: DepthPixels) -> DepthImage {
 #[test]
 fn metres_become_whole_millimetres_and_what_is_no_depth_becomes_none() {
     let metres = vec![1.0004, f32::NAN, f32::INFINITY, -1.0, 0.0, 80.0];
-    let frame = DepthFrame::new(&image((3, 2), DepthPixels::Metres(metres)), camera()).unwrap();
+    let frame = DepthFrame::new(image((3, 2), DepthPixels::Metres(metres)), camera()).unwrap();
     let expected = DepthPixels::Millimetres(vec![1000, 0, 0, 0, 0, u16::MAX]);
     assert_eq!(frame.image(), &image((3, 2), expected));
 }
@@ -25,7 +25,25 @@ fn metres_become_whole_millimetres_and_what_is_no_depth_becomes_none() {
 #[test]
 fn an_image_of_another_size_than_its_camera_is_refused() {
     let depths = DepthPixels::Millimetres(vec![1000; 6]);
-    assert!(DepthFrame::new(&image((3, 2), depths.clone()), camera()).is_ok());
-    let error = DepthFrame::new(&image((2, 3), depths), camera()).unwrap_err();
+    assert!(DepthFrame::new(image((3, 2), depths.clone()), camera()).is_ok());
+    let error = DepthFrame::new(image((2, 3), depths), camera()).unwrap_err();
     assert!(error.to_string().contains("2 x 3"), "{error}");
+}
+
+/// Regression: each image was copied.
+#[test]
+fn an_image_in_millimetres_is_not_copied() {
+    let image = Arc::new(image((3, 2), DepthPixels::Millimetres(vec![1000; 6])));
+    let frame = DepthFrame::new(Arc::clone(&image), camera()).unwrap();
+    assert!(std::ptr::eq(frame.image(), &*image));
+}
+
+#[test]
+fn a_mask_of_another_size_than_the_image_is_refused() {
+    let image = image((3, 2), DepthPixels::Millimetres(vec![1000; 6]));
+    let frame = Arc::new(DepthFrame::new(image, camera()).unwrap());
+    let masked = MaskedDepth::new(Arc::clone(&frame), vec![true; 6]).unwrap();
+    assert_eq!((masked.frame(), masked.is_moving()), (&frame, &[true; 6][..]));
+    let refused = MaskedDepth::new(frame, vec![true; 5]);
+    assert_eq!(refused, Err(MaskSizeError { mask_pixels: 5, image_pixels: 6 }));
 }

@@ -24,9 +24,9 @@ fn cameras() -> [CameraModel; 2] {
     [pinhole, CameraModel { distortion: bent, ..pinhole }]
 }
 
-fn image(pixels: DepthPixels) -> DepthImage {
+fn image(pixels: DepthPixels) -> Arc<DepthImage> {
     let stamp = Stamp::from_nanos(42);
-    DepthImage::new(stamp, "camera".to_owned(), (WIDTH_PX, HEIGHT_PX), pixels).unwrap()
+    Arc::new(DepthImage::new(stamp, "camera".to_owned(), (WIDTH_PX, HEIGHT_PX), pixels).unwrap())
 }
 
 fn any_pixels() -> impl Strategy<Value = DepthPixels> {
@@ -72,11 +72,11 @@ proptest! {
             let rays = RayTable::new(&camera).unwrap();
             let in_camera =
                 DepthProjector::new(rays.clone(), limits, &Isometry3::identity(), "camera");
-            let cloud = in_camera.cloud(&image).unwrap();
+            let cloud = in_camera.image(&image).unwrap().cloud();
             prop_assert_eq!(&cloud.points_m, &plain_cloud(&image, &rays, limits));
 
             let in_rig = DepthProjector::new(rays, limits, &rig_from_camera, "rig");
-            let direct = in_rig.cloud(&image).unwrap();
+            let direct = in_rig.image(&image).unwrap().cloud();
             let stepwise = cloud.clone().transformed(&rig_from_camera, "rig");
             let finite = |point: &&Point3<f32>| point.iter().all(|value| value.is_finite());
             prop_assert_eq!(
@@ -84,7 +84,7 @@ proptest! {
                 stepwise.points_m.iter().filter(finite).collect::<Vec<_>>()
             );
 
-            let reduced = in_rig.reduce(&image, &mut accumulator).unwrap();
+            let reduced = in_rig.image(&image).unwrap().reduce(&mut accumulator);
             prop_assert_eq!(reduced.points_before_reduction, direct.points_m.len());
             prop_assert_eq!(&reduced.cloud.points_m, &grid.reduce(&direct.points_m));
             prop_assert_eq!(reduced.cloud.stamp, image.stamp);
@@ -99,7 +99,7 @@ fn a_wall_before_the_camera_is_a_wall_before_the_rig() {
     let rig_from_camera = pose_from_vector(&[0.0, 0.0, 0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2]);
     let projector = DepthProjector::new(rays, DepthLimits::default(), &rig_from_camera, "rig");
     let wall = image(DepthPixels::Millimetres(vec![2000; WIDTH_PX * HEIGHT_PX]));
-    let cloud = projector.cloud(&wall).unwrap();
+    let cloud = projector.image(&wall).unwrap().cloud();
     assert_eq!(cloud.points_m.len(), WIDTH_PX * HEIGHT_PX);
     assert_eq!((cloud.stamp, cloud.frame_id.as_str()), (wall.stamp, "rig"));
     // The first pixel is the upper left one, and y left and z up are positive:
@@ -116,7 +116,7 @@ fn limits_are_included() {
     let projector = DepthProjector::new(rays, limits, &Isometry3::identity(), "camera");
     let mut depths_m = vec![0.0; WIDTH_PX * HEIGHT_PX];
     depths_m[..4].copy_from_slice(&[0.499, 0.5, 4.0, 4.001]);
-    let cloud = projector.cloud(&image(DepthPixels::Metres(depths_m))).unwrap();
+    let cloud = projector.image(&image(DepthPixels::Metres(depths_m))).unwrap().cloud();
     let depths_m: Vec<f32> = cloud.points_m.iter().map(|point| point.z).collect();
     assert_eq!(depths_m, [0.5, 4.0]);
 }
@@ -135,7 +135,33 @@ fn an_image_of_another_size_is_refused() {
         camera_width_px: WIDTH_PX,
         camera_height_px: HEIGHT_PX,
     };
-    assert_eq!(projector.cloud(&turned).unwrap_err(), expected);
-    let mut accumulator = VoxelAccumulator::new(VoxelGrid::new(0.08).unwrap());
-    assert_eq!(projector.reduce(&turned, &mut accumulator).unwrap_err(), expected);
+    assert_eq!(projector.image(&Arc::new(turned)).unwrap_err(), expected);
+}
+
+/// Regression: detection and segmentation each computed the rays of a lens, and over DDS segmentation would for each message.
+#[test]
+fn the_rays_of_a_camera_are_shared() {
+    let camera = cameras().into_iter().find(|camera| !camera.distortion.is_none()).unwrap();
+    let rays = RayTable::new(&camera).unwrap();
+    let pixels = |rays: &RayTable| match rays.row(1).unwrap() {
+        RayRow::Bent { x, .. } => x.as_ptr(),
+        RayRow::Straight { .. } => std::ptr::null(),
+    };
+    let projector =
+        DepthProjector::new(rays.clone(), DepthLimits::default(), &Isometry3::identity(), "camera");
+    let depths = image(DepthPixels::Millimetres(vec![1; WIDTH_PX * HEIGHT_PX]));
+    let frame = projector.image(&depths).unwrap().frame();
+    assert_eq!(pixels(frame.rays()), pixels(&rays));
+
+    let (mut last, mut of_messages) = (None, Vec::new());
+    for _ in 0..3 {
+        let of_message = RayTable::new(&camera).unwrap();
+        of_message.share_with(&mut last);
+        of_messages.push(of_message);
+    }
+    assert!(of_messages.iter().all(|rays| pixels(rays) == pixels(&of_messages[0])));
+    let other = RayTable::new(&CameraModel { fx_px: camera.fx_px + 1.0, ..camera }).unwrap();
+    other.share_with(&mut last);
+    assert_ne!(pixels(&other), pixels(&of_messages[0]));
+    assert_eq!(last, Some(other));
 }

@@ -1,9 +1,7 @@
 //! Maps of simulated flats, and what is true of them.
 
 use estimation::{Random, Serial};
-use geometry::{
-    CameraModel, DepthImage, MapView, MapViews, OrientedPoints, VoxelGrid, pose_from_vector,
-};
+use geometry::{DepthFrame, MapView, MapViews, OrientedPoints, VoxelGrid, pose_from_vector};
 use map_merge::{Group, SavedMap};
 use nalgebra::{Isometry3, Point3};
 use simulator::{Body, Home, Piece, Sample, Scenario, Shape};
@@ -15,8 +13,7 @@ pub(crate) struct Visit {
     pub(crate) map: SavedMap,
     pub(crate) map_from_room: Isometry3<f64>,
     /// What the camera saw, with the true pose in the room.
-    images: Vec<(DepthImage, Isometry3<f64>)>,
-    camera: CameraModel,
+    images: Vec<(DepthFrame, Isometry3<f64>)>,
 }
 
 /// How a flat is mapped.
@@ -59,17 +56,12 @@ pub(crate) fn visit(home: &Home, rooms: &[usize], seed: u64, mapping: Mapping) -
             Isometry3::new(noise.fixed_rows::<3>(0).into(), noise.fixed_rows::<3>(3).into());
         let true_pose = scenario.map_from_rig(time_s) * rig_from_camera;
         let map_from_camera = true_pose * noise;
-        let input = DepthInput {
-            image: &image,
-            is_moving: None,
-            colour: None,
-            camera: &camera,
-            map_from_camera: &map_from_camera,
-        };
-        view.fill(&input).unwrap();
+        let stamp = image.stamp;
+        let frame = DepthFrame::new(image, camera).unwrap();
+        view.fill(&DepthInput::new(&frame, &map_from_camera)).unwrap();
         surface.integrate(&view, &Serial);
-        views.add(MapView { stamp: image.stamp, map_from_camera, camera });
-        images.push((image, room_from_map * true_pose));
+        views.add(MapView { stamp, map_from_camera, camera });
+        images.push((frame, room_from_map * true_pose));
     }
     let points = surface.points(PointRules::default());
     let points = OrientedPoints {
@@ -78,7 +70,7 @@ pub(crate) fn visit(home: &Home, rooms: &[usize], seed: u64, mapping: Mapping) -
         colours: Vec::new(),
     };
     let map = SavedMap { points, views: views.as_slice().to_vec(), edge_m: mapping.edge_m };
-    Visit { home: home.clone(), map, map_from_room: scenario.map_from_room(), images, camera }
+    Visit { home: home.clone(), map, map_from_room: scenario.map_from_room(), images }
 }
 
 impl Visit {
@@ -92,13 +84,13 @@ impl Visit {
 
     /// Whether a camera measured something clearly behind a place of the room.
     fn saw_through(&self, in_room_m: &Point3<f64>) -> bool {
-        self.images.iter().any(|(image, room_from_camera)| {
+        self.images.iter().any(|(frame, room_from_camera)| {
             let in_camera = room_from_camera.inverse() * in_room_m;
             let pixel = Some(in_camera)
                 .filter(|point| (0.5..6.0).contains(&point.z))
-                .and_then(|point| self.camera.project(&point));
-            let depth_m = pixel.filter(|pixel| self.camera.contains(pixel)).and_then(|pixel| {
-                image.depth_m(pixel.x.round() as usize, pixel.y.round() as usize)
+                .and_then(|point| frame.camera().project(&point));
+            let depth_m = pixel.and_then(|pixel| {
+                frame.image().depth_m(pixel.x.round() as usize, pixel.y.round() as usize)
             });
             depth_m.is_some_and(|depth_m| f64::from(depth_m) > in_camera.z + 0.1)
         })

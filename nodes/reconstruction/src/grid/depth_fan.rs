@@ -5,7 +5,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use geometry::{CameraModelError, DepthFrame, MaskedDepth, RayTable};
+use geometry::{DepthFrame, MaskedDepth, RayTable};
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 use volume::{FARTHEST_SEEN_M, PlaneRay};
 
@@ -56,24 +56,21 @@ const UNSEEN: Direction =
 /// Makes rays of depth images; keeps the rays of the last camera's pixels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DepthFan {
-    table: Option<RayTable>,
+    last_rays: Option<RayTable>,
     directions: Vec<Direction>,
 }
 
 impl DepthFan {
     /// The rays of an image, by azimuth: each free, up to `margin_m` before the nearest thing in the band, moving or not. One
     /// that ends there hits it, unless it moves.
-    ///
-    /// # Errors
-    /// When the camera is none.
     pub(super) fn rays(
         &mut self,
         depth: &MaskedDepth,
         map_from_camera: &Isometry3<f64>,
         band: Band,
         margin_m: f64,
-    ) -> Result<Vec<PlaneRay>, CameraModelError> {
-        self.look(depth, map_from_camera, band)?;
+    ) -> Vec<PlaneRay> {
+        self.look(depth, map_from_camera, band);
         let from_m = Point2::from(map_from_camera.translation.vector.xy());
         let mut rays = Vec::new();
         for (index, seen) in self.directions.iter().enumerate() {
@@ -106,7 +103,7 @@ impl DepthFan {
                 }
             }
         }
-        Ok(rays)
+        rays
     }
 
     /// Calls `see` with the depth, the ray of 1 m depth in the axes of the map, and the place of the sampled pixels, column by
@@ -116,13 +113,9 @@ impl DepthFan {
         frame: &DepthFrame,
         map_from_camera: &Isometry3<f64>,
         mut see: impl FnMut([usize; 2], Option<f32>, Vector3<f32>),
-    ) -> Result<(), CameraModelError> {
-        let camera = frame.camera();
-        let known = self.table.take().filter(|table| table.camera() == camera);
-        let table = match known {
-            Some(table) => table,
-            None => RayTable::new(camera)?,
-        };
+    ) {
+        let (camera, table) = (frame.camera(), frame.rays());
+        table.share_with(&mut self.last_rays);
         let rotation = map_from_camera.rotation.to_rotation_matrix().cast::<f32>();
         let step_px = ((camera.fx_px * DIRECTION_RAD) as usize).max(1);
         let image = frame.image();
@@ -133,19 +126,12 @@ impl DepthFan {
                 see([column_px, row_px], depth_m, rotation * ray.push(1.0));
             }
         }
-        self.table = Some(table);
-        Ok(())
     }
 
-    fn look(
-        &mut self,
-        depth: &MaskedDepth,
-        map_from_camera: &Isometry3<f64>,
-        band: Band,
-    ) -> Result<(), CameraModelError> {
-        let width_px = depth.frame.image().width_px();
+    fn look(&mut self, depth: &MaskedDepth, map_from_camera: &Isometry3<f64>, band: Band) {
+        let width_px = depth.frame().image().width_px();
         let moves = |[column_px, row_px]: [usize; 2]| {
-            depth.is_moving.get(row_px * width_px + column_px).copied().unwrap_or_default()
+            depth.is_moving().get(row_px * width_px + column_px).copied().unwrap_or_default()
         };
         let mut directions = std::mem::take(&mut self.directions);
         directions.clear();
@@ -154,7 +140,7 @@ impl DepthFan {
         let (least_m, most_m) = (band.least_m as f32, band.most_m as f32);
         let free_m = (band.free_below_m as f32).min(most_m);
         let farthest_m = FARTHEST_SEEN_M as f32;
-        self.sample(&depth.frame, map_from_camera, |pixel, depth_m, along| {
+        self.sample(depth.frame(), map_from_camera, |pixel, depth_m, along| {
             // Of a depth of 1 m.
             let length = along.x.hypot(along.y);
             let azimuth_rad = f64::from(along.y.atan2(along.x)) + PI;
@@ -187,9 +173,8 @@ impl DepthFan {
             // Whole steps alone; the casts saturate.
             let first = (length * enter / STEP_M).ceil() as u32;
             seen.free |= steps(first, (exit_m / STEP_M) as u32);
-        })?;
+        });
         self.directions = directions;
-        Ok(())
     }
 
     /// Points of the level surfaces that an image shows, and the heights of all points that were looked at.
@@ -197,7 +182,7 @@ impl DepthFan {
         &mut self,
         frame: &DepthFrame,
         map_from_camera: &Isometry3<f64>,
-    ) -> Result<(Vec<Point3<f32>>, Vec<f32>), CameraModelError> {
+    ) -> (Vec<Point3<f32>>, Vec<f32>) {
         let origin_m = Point3::from(map_from_camera.translation.vector.cast::<f32>());
         let (mut level, mut heights_m) = (Vec::new(), Vec::new());
         let mut above: Option<(usize, Point3<f32>)> = None;
@@ -216,8 +201,8 @@ impl DepthFan {
             }
             heights_m.extend(point.map(|point| point.z));
             above = point.map(|point| (column, point));
-        })?;
-        Ok((level, heights_m))
+        });
+        (level, heights_m)
     }
 }
 

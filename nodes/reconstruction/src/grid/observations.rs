@@ -83,7 +83,7 @@ impl GridObservations {
         let Some(depth) = &cycle.depth else { return };
         let map_from_camera = map_from_rig * cycle.setup.mounts.rig_from_camera;
         if self.config.grid_floor == GridFloor::Found {
-            self.find_floor(&depth.frame, &map_from_camera);
+            self.find_floor(depth.frame(), &map_from_camera);
         }
         let Some(floor_m) = self.floor_m else { return };
         let band = Band {
@@ -92,14 +92,12 @@ impl GridObservations {
             free_below_m: floor_m + self.config.grid_free_below_m,
         };
         let margin_m = MARGIN_CELLS * self.config.grid_resolution_m;
-        if let Ok(rays) = self.fan.rays(depth, &map_from_camera, band, margin_m) {
-            self.plane.take_rays(&rays);
-        }
+        let rays = self.fan.rays(depth, &map_from_camera, band, margin_m);
+        self.plane.take_rays(&rays);
     }
 
     fn find_floor(&mut self, frame: &DepthFrame, map_from_camera: &Isometry3<f64>) {
-        // The map has refused a camera that is none.
-        let Ok((level, heights_m)) = self.fan.level_points(frame, map_from_camera) else { return };
+        let (level, heights_m) = self.fan.level_points(frame, map_from_camera);
         self.floor.take(level.into_iter(), heights_m.into_iter());
         let Some(found_m) = self.floor.floor_m() else { return };
         if self.floor_m.is_some_and(|before_m| (before_m - found_m).abs() > SAME_FLOOR_M) {

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use geometry::{GridCell, MapPath, MaskedDepth, PathVertex, ScanRay, SegmentedCycle, Stamp};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
@@ -35,9 +37,9 @@ fn beside_walls(grid: &OccupancyGrid, scene: &Scene, far_m: f64) -> Vec<Point3<f
 }
 
 fn masked(scene: &Scene, mut cycle: SegmentedCycle, rig: &Isometry3<f64>) -> SegmentedCycle {
-    let MaskedDepth { frame, .. } = cycle.depth.unwrap();
+    let frame = Arc::clone(cycle.depth.unwrap().frame());
     let is_moving = scene.shows_person(&frame, rig);
-    cycle.depth = Some(MaskedDepth { frame, is_moving });
+    cycle.depth = MaskedDepth::new(frame, is_moving).ok();
     cycle
 }
 

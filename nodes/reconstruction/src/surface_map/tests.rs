@@ -8,6 +8,8 @@ pub(crate) mod scene;
 mod spilling;
 mod views;
 
+use std::sync::Arc;
+
 use estimation::Random;
 use geometry::{MaskedDepth, SegmentedCycle};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -65,10 +67,10 @@ fn points_lie_on_the_true_surfaces_and_normals_stand_on_them() {
 
 /// The mask says what moves; how good it is, segmentation's tests show.
 fn masked(scene: &Scene, mut cycle: SegmentedCycle, rig: &Isometry3<f64>) -> SegmentedCycle {
-    let MaskedDepth { frame, .. } = cycle.depth.unwrap();
+    let frame = Arc::clone(cycle.depth.unwrap().frame());
     let is_moving = scene.shows_person(&frame, rig);
     assert!(is_moving.iter().any(|is_moving| *is_moving));
-    cycle.depth = Some(MaskedDepth { frame, is_moving });
+    cycle.depth = MaskedDepth::new(frame, is_moving).ok();
     cycle
 }
 

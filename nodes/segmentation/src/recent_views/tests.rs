@@ -1,4 +1,4 @@
-use geometry::{CameraModel, DepthImage, DepthPixels, Distortion};
+use geometry::{CameraModel, DepthFrame, DepthImage, DepthPixels, Distortion};
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
 use volume::{DepthInput, DepthNoise, DepthRange};
 
@@ -50,11 +50,10 @@ pub(crate) fn view_of(
     let stamp = Stamp::default().plus_seconds(stamp_s);
     let size_px = (WIDTH_PX, HEIGHT_PX);
     let pixels = DepthPixels::Metres(depths_m);
-    let image = &DepthImage::new(stamp, "camera".to_owned(), size_px, pixels).unwrap();
+    let image = DepthImage::new(stamp, "camera".to_owned(), size_px, pixels).unwrap();
     let mut view = DepthView::new(DepthRange::default(), DepthNoise::default()).unwrap();
-    let (camera, map_from_camera) = (&camera, &map_from_camera);
-    let (is_moving, colour) = (None, None);
-    view.fill(&DepthInput { image, is_moving, colour, camera, map_from_camera }).unwrap();
+    let frame = DepthFrame::new(image, camera).unwrap();
+    view.fill(&DepthInput::new(&frame, &map_from_camera)).unwrap();
     view
 }
 

@@ -245,7 +245,7 @@ impl Filter {
         message: &Arc<Image>,
         camera: &CameraModel,
     ) -> Result<(), Box<dyn std::error::Error>> {
-        let image = convert::depth_from_message(message)?;
+        let image = Arc::new(convert::depth_from_message(message)?);
         let is_moving = self.motion.pixels(&image, camera)?;
         self.note_verdict(is_moving.is_some());
         let is_moving = is_moving.unwrap_or_else(|| vec![false; image.pixels().len()]);
@@ -263,7 +263,7 @@ impl Filter {
     ) -> Result<(), Box<dyn std::error::Error>> {
         let cloud = convert::organised_cloud_from_message(message)?;
         let places = message.width as usize * message.height as usize;
-        let is_moving = self.motion.points(&cloud, places)?;
+        let is_moving = self.motion.points(&cloud, places);
         self.note_verdict(is_moving.is_some());
         let is_moving = is_moving.unwrap_or_else(|| vec![false; places]);
         Ok(self.points.publish(

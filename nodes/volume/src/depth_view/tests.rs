@@ -1,4 +1,4 @@
-use geometry::Distortion;
+use geometry::{CameraModel, Distortion};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -13,18 +13,10 @@ fn empty() -> DepthView {
 fn depths_out_of_range_and_what_moves_show_free_space_alone() {
     let camera = testing::camera(8, 1);
     let values = vec![f32::NAN, 0.0, -1.0, f32::INFINITY, 0.4, 2.0, 6.0, 3.0];
-    let image = &testing::image(&camera, 0.0, values);
     let is_moving = [true, true, true, true, true, false, true, true];
-    let pose = Isometry3::identity();
     let mut view = empty();
-    let input = DepthInput {
-        image,
-        is_moving: Some(&is_moving),
-        colour: None,
-        camera: &camera,
-        map_from_camera: &pose,
-    };
-    view.fill(&input).unwrap();
+    let frame = testing::frame(&camera, 0.0, values);
+    testing::fill(&mut view, frame, Some(&is_moving), &Isometry3::identity());
     let expected = [0.0, 0.0, 0.0, 0.0, 0.0, 2.0, -5.0, -3.0];
     for (depth_m, expected_m) in view.depths_m.iter().zip(expected) {
         assert!((depth_m - expected_m).abs() <= 5e-5 * f32::abs(expected_m), "{depth_m}");
@@ -32,31 +24,27 @@ fn depths_out_of_range_and_what_moves_show_free_space_alone() {
 }
 
 #[test]
-fn parts_that_do_not_fit_are_refused_with_numbers() {
-    let camera = &testing::camera(8, 4);
-    let other = &testing::camera(4, 8);
-    let image = &testing::image(camera, 0.0, vec![1.0; 32]);
-    let map_from_camera = &Isometry3::identity();
-    let input = DepthInput { image, is_moving: None, colour: None, camera, map_from_camera };
+fn a_pose_or_a_range_that_is_none_is_refused() {
+    let frame = testing::frame(&testing::camera(8, 4), 0.0, vec![1.0; 32]);
     let mut view = empty();
-    let mut refused = |input: &DepthInput<'_>| {
-        let error = view.fill(input).unwrap_err();
-        assert!(view.is_empty());
-        error
-    };
-    assert!(matches!(refused(&DepthInput { camera: other, ..input }), ViewError::Size(_)));
-    let error = refused(&DepthInput { is_moving: Some(&[true; 31]), ..input });
-    assert_eq!(error, ViewError::Beside { what: "a mask", pixels: 31, expected: 32 });
-    let error = refused(&DepthInput { colour: Some(&[[0; 3]; 33]), ..input });
-    assert_eq!(error, ViewError::Beside { what: "a colour image", pixels: 33, expected: 32 });
+    view.fill(&DepthInput::new(&frame, &Isometry3::identity())).unwrap();
     let nowhere = Isometry3::translation(f64::NAN, 0.0, 0.0);
-    let error = refused(&DepthInput { map_from_camera: &nowhere, ..input });
-    assert!(matches!(error, ViewError::Pose(_)));
-    let broken = CameraModel { fx_px: 0.0, ..*camera };
-    assert!(matches!(refused(&DepthInput { camera: &broken, ..input }), ViewError::Camera(_)));
+    let error = view.fill(&DepthInput::new(&frame, &nowhere)).unwrap_err();
+    assert!(view.is_empty() && matches!(error, ViewError::Pose(_)), "{error}");
     for (min_m, max_m) in [(1.0, 1.0), (-1.0, 1.0), (f32::NAN, 1.0), (0.0, f32::INFINITY)] {
         assert!(DepthView::new(DepthRange { min_m, max_m }, DepthNoise::default()).is_err());
     }
+}
+
+#[test]
+fn colours_are_those_of_the_image_where_they_are_wanted() {
+    let frame = testing::frame(&testing::camera(8, 4), 0.0, vec![1.0; 32]);
+    let frame = frame.with_colours(vec![[1, 2, 3]; 32]).unwrap();
+    let (mut view, pose) = (empty(), Isometry3::identity());
+    view.fill(&DepthInput::new(&frame, &pose)).unwrap();
+    assert_eq!(view.colour, vec![[1, 2, 3]; 32]);
+    view.fill(&DepthInput::new(&frame, &pose).without_colours()).unwrap();
+    assert!(view.colour.is_empty());
 }
 
 #[test]
@@ -103,7 +91,8 @@ fn a_cloud_is_seen_as_a_panorama_and_the_nearest_point_counts() {
     assert_eq!(seen.len(), 2);
     assert!((seen[0] + 4.0).abs() < 1e-3 && (seen[1] - 2.0).abs() < 1e-3);
     let error = view.fill_from_points(Stamp::default(), &points, Some(&[]), &model, &pose);
-    assert!(error.is_err() && view.is_empty());
+    assert_eq!(error, Err(ViewError::Mask { mask_points: 0, points: 4 }));
+    assert!(view.is_empty());
 }
 
 proptest! {

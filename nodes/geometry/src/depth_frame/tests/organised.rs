@@ -5,9 +5,7 @@ use proptest::prelude::*;
 
 use super::super::CloudCamera;
 use super::super::pinhole_fit::PinholeFit;
-use crate::{
-    CameraModel, DepthFrame, DepthPixels, Distortion, OrganisedCloud, PinholeFitError, Stamp,
-};
+use crate::{CameraModel, Distortion, OrganisedCloud, PinholeFitError, Stamp};
 
 pub(super) const STAMP: Stamp = Stamp::from_nanos(7);
 
@@ -38,11 +36,6 @@ fn organised(camera: &CameraModel, points: &[Point3<f32>]) -> OrganisedCloud {
     OrganisedCloud::from_rows(STAMP, "camera".to_owned(), camera.width_px, points)
 }
 
-pub(super) fn depths_mm(frame: &DepthFrame) -> &[u16] {
-    let DepthPixels::Millimetres(depths_mm) = frame.image().pixels() else { panic!("metres") };
-    depths_mm
-}
-
 /// A wall with a box before it, and nothing measured here and there.
 fn scene(column: usize, row: usize) -> f32 {
     match (column, row) {
@@ -68,7 +61,7 @@ proptest! {
         prop_assert!((fitted.fy_px - camera.fy_px).abs() < 1e-3, "{fitted:?}");
         prop_assert!((fitted.cx_px - camera.cx_px).abs() < 1e-3, "{fitted:?}");
         prop_assert!((fitted.cy_px - camera.cy_px).abs() < 1e-3, "{fitted:?}");
-        for (depth_mm, depth_m) in depths_mm(&frame).iter().zip(&depths_m) {
+        for (depth_mm, depth_m) in frame.depths_mm().iter().zip(&depths_m) {
             let expected_mm = if depth_m.is_nan() { 0.0 } else { depth_m * 1e3 };
             prop_assert!((f32::from(*depth_mm) - expected_mm).abs() <= 0.51);
         }

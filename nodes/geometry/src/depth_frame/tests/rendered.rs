@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use super::super::CloudCamera;
 use super::super::points_in_view::MOST_PIXELS;
-use super::organised::{STAMP, depths_mm};
+use super::organised::STAMP;
 use crate::{Cloud, DepthFrame};
 
 fn cloud(points_m: Vec<Point3<f32>>) -> Cloud {
@@ -41,7 +41,7 @@ fn pitch(frame: &DepthFrame) -> f64 {
 fn holes(frame: &DepthFrame, least: f64, most: f64) -> f64 {
     let camera = frame.camera();
     let within = |slope: f64| slope > least && slope < most;
-    let pixels = depths_mm(frame).iter().enumerate().filter(|(pixel, _)| {
+    let pixels = frame.depths_mm().iter().enumerate().filter(|(pixel, _)| {
         let (column, row) = (pixel % camera.width_px, pixel / camera.width_px);
         within((column as f64 - camera.cx_px) / camera.fx_px)
             && within((row as f64 - camera.cy_px) / camera.fy_px)
@@ -61,14 +61,14 @@ proptest! {
         let points_m: Vec<Point3<f32>> = points_m.into_iter().map(point).collect();
         let frame = CloudCamera::default().frame_of_points(&cloud(points_m.clone()));
         let width_px = frame.camera().width_px;
-        let mut nearest_mm = vec![0.0_f32; depths_mm(&frame).len()];
+        let mut nearest_mm = vec![0.0_f32; frame.depths_mm().len()];
         for point_m in &points_m {
             let pixel = frame.camera().project(&point_m.cast()).unwrap();
             let at = &mut nearest_mm[pixel.y.round() as usize * width_px + pixel.x.round() as usize];
             let depth_mm = point_m.z * 1e3;
             *at = if *at == 0.0 { depth_mm } else { at.min(depth_mm) };
         }
-        for (depth_mm, expected_mm) in depths_mm(&frame).iter().zip(&nearest_mm) {
+        for (depth_mm, expected_mm) in frame.depths_mm().iter().zip(&nearest_mm) {
             prop_assert!((f32::from(*depth_mm) - expected_mm).abs() <= 0.51);
         }
     }
@@ -85,7 +85,7 @@ proptest! {
         let mut camera = CloudCamera::default();
         for _ in 0..2 {
             let frame = camera.frame_of_points(&cloud(points_m.clone()));
-            prop_assert!(depths_mm(&frame).len() <= MOST_PIXELS);
+            prop_assert!(frame.depths_mm().len() <= MOST_PIXELS);
         }
     }
 
@@ -98,7 +98,7 @@ proptest! {
         let mut points_m = wall(0.0, 0.05, 1e-3);
         points_m.extend([at(least), at(most)]);
         let frame = CloudCamera::default().frame_of_points(&cloud(points_m));
-        let pixels = depths_mm(&frame).len();
+        let pixels = frame.depths_mm().len();
         prop_assert!(pixels <= MOST_PIXELS, "{pixels}");
         // A finer pitch would have been too many, or is finer than the dense points are apart.
         prop_assert!(2 * pixels > MOST_PIXELS || pitch(&frame) < 1.2e-3, "{pixels}: {}", pitch(&frame));
@@ -236,7 +236,7 @@ fn what_is_beyond_120_degrees_is_left_out() {
     assert!((reach - 1.732).abs() < pitch(&frame), "{reach}");
     let behind = at([0.0, 0.0]) * -1.0;
     let blind = CloudCamera::default().frame_of_points(&cloud(vec![behind]));
-    assert_eq!(depths_mm(&blind), [0]);
+    assert_eq!(blind.depths_mm(), [0]);
 }
 
 #[test]
@@ -245,6 +245,6 @@ fn a_cloud_without_points_is_an_image_in_which_nothing_was_measured() {
     let mut known = CloudCamera::default();
     let before = known.frame_of_points(&seen);
     let frame = known.frame_of_points(&cloud(vec![]));
-    assert_eq!((depths_mm(&frame), frame.image().stamp), (&[0][..], STAMP));
+    assert_eq!((frame.depths_mm(), frame.image().stamp), (&[0][..], STAMP));
     assert_eq!(known.frame_of_points(&seen), before);
 }

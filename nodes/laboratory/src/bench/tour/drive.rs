@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use detection::{CycleInput, DetectionConfig, Detector, MatchEvent, Matched, Matcher, View};
-use geometry::{CameraModel, DepthImage, DepthProjector, Scan, Stamp};
+use geometry::{DepthImage, DepthProjector, RayTable, Scan, Stamp};
 use reconstruction::Map;
 use segmentation::Segmenter;
 use simulator::Sample;
@@ -54,7 +54,7 @@ pub(super) fn drive(
 struct Tour {
     matcher: Matcher<Scan, Arc<DepthImage>>,
     detector: Detector,
-    projector: Option<(CameraModel, DepthProjector)>,
+    projector: Option<DepthProjector>,
     segmenter: Segmenter,
     map: Map,
     cycles: u64,
@@ -92,9 +92,10 @@ impl Tour {
             Sample::Depth { image, .. } => self.matcher.push_cloud(image.stamp, Arc::new(image)),
             Sample::Scan { scan, .. } => self.matcher.push_scan(scan.stamp, scan),
             Sample::CameraInfo { camera, .. } => {
-                if self.projector.as_ref().is_none_or(|(known, _)| *known != camera) {
-                    let projector = self.detector.depth_projector(&camera).map_err(failure)?;
-                    self.projector = Some((camera, projector));
+                let known = self.projector.as_ref().map(|projector| projector.rays().camera());
+                if known != Some(&camera) {
+                    let rays = RayTable::new(&camera).map_err(failure)?;
+                    self.projector = Some(self.detector.depth_projector(rays));
                 }
                 return Ok(());
             }
@@ -117,12 +118,13 @@ impl Tour {
         if time_s >= (self.rows.len() + 1) as f64 * MINUTE_S {
             self.end_minute();
         }
-        let (Some((_, projector)), Some(pose)) = (&self.projector, &matched.pose) else {
+        let (Some(projector), Some(pose)) = (&self.projector, &matched.pose) else {
             return Ok(());
         };
+        let depth = projector.image(&matched.cloud).map_err(failure)?;
         let input = CycleInput {
             scan: &matched.scan,
-            view: View::Depth { image: &matched.cloud, projector },
+            view: View::Depth(depth),
             map_from_rig: &pose.map_from_rig,
             map_frame_id: &pose.frame_id,
         };

@@ -1,9 +1,10 @@
 //! The three cores, one after the other, on the same recording with different voxel edges.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use detection::{CycleInput, DetectionConfig, Detector, View};
-use geometry::{CameraModel, DepthImage, DynamicZone, Scan, ZoneSource};
+use geometry::{CameraModel, DepthImage, DynamicZone, RayTable, Scan, ZoneSource};
 use nalgebra::Isometry3;
 use reconstruction::{Map, ReconstructionConfig};
 use segmentation::Segmenter;
@@ -22,7 +23,7 @@ const MAX_VOXELS: usize = 2_000_000;
 
 /// The scans of a scenario, each with the newest depth image before it.
 pub(super) struct Recording {
-    cycles: Vec<(Scan, DepthImage)>,
+    cycles: Vec<(Scan, Arc<DepthImage>)>,
     camera: CameraModel,
 }
 
@@ -46,7 +47,7 @@ impl Recording {
                 Sample::CameraInfo { camera, .. } => camera_model = Some(camera),
                 Sample::Depth { image, .. } => newest = Some(image),
                 Sample::Scan { scan, .. } => {
-                    cycles.extend(newest.take().map(|image| (scan, image)))
+                    cycles.extend(newest.take().map(|image| (scan, Arc::new(image))))
                 }
                 _ => {}
             }
@@ -59,10 +60,12 @@ impl Recording {
     /// The cost of a cycle by a method with voxels of `edge_m`.
     pub(super) fn cost(&self, method: Method, edge_m: f64) -> Result<Cost, Failure> {
         let mut pipeline = Pipeline::new(method, edge_m)?;
-        let projector = pipeline.detector.depth_projector(&self.camera).map_err(failure)?;
+        let rays = RayTable::new(&self.camera).map_err(failure)?;
+        let projector = pipeline.detector.depth_projector(rays);
         let mut sum = Cost { cycle_ms: 0.0, segmentation_ms: 0.0, points: 0.0 };
         for (scan, image) in &self.cycles {
-            let cost = pipeline.step(scan, View::Depth { image, projector: &projector })?;
+            let depth = projector.image(image).map_err(failure)?;
+            let cost = pipeline.step(scan, View::Depth(depth))?;
             sum.cycle_ms += cost.cycle_ms;
             sum.segmentation_ms += cost.segmentation_ms;
             sum.points += cost.points;

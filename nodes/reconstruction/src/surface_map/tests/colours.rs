@@ -1,7 +1,5 @@
 //! The colours of a map.
 
-use std::sync::Arc;
-
 use geometry::{DepthFrame, NO_COLOUR, OrientedPoints};
 
 use super::spilling::{MOST, drive, spilling};
@@ -15,17 +13,19 @@ const EDGE_M: f64 = 0.03;
 
 /// The cycle with a colour of its own for each pixel.
 fn coloured(cycle: SegmentedCycle, colour: impl Fn(usize) -> [u8; 3]) -> SegmentedCycle {
-    let MaskedDepth { frame, is_moving } = cycle.depth.unwrap();
+    let masked = cycle.depth.unwrap();
+    let frame = masked.frame();
     let colours = (0..frame.image().pixels().len()).map(colour).collect();
-    let frame = DepthFrame::clone(&frame).with_colours(colours).unwrap();
-    SegmentedCycle { depth: Some(MaskedDepth { frame: Arc::new(frame), is_moving }), ..cycle }
+    let frame = DepthFrame::clone(frame).with_colours(colours).unwrap();
+    let is_moving = masked.is_moving().to_vec();
+    SegmentedCycle { depth: MaskedDepth::new(Arc::new(frame), is_moving).ok(), ..cycle }
 }
 
 /// A cycle that sees a red room and something before its far wall in a colour.
 fn red_room(scene: &Scene, index: u32, colour: [u8; 3]) -> SegmentedCycle {
     let rig = rig_at(0.0, 0.0);
     let cycle = cycle(scene, index, &rig, None);
-    let shown = scene.shows_person(&cycle.depth.as_ref().unwrap().frame, &rig);
+    let shown = scene.shows_person(cycle.depth.as_ref().unwrap().frame(), &rig);
     coloured(cycle, |pixel| if shown[pixel] { colour } else { RED })
 }
 

@@ -174,7 +174,7 @@ pub(crate) fn sized_cycle(
     let pixels = DepthPixels::Metres(depths_m);
     let image = DepthImage::new(stamp, "camera".to_owned(), size_px, pixels).unwrap();
     let is_moving = vec![false; image.pixels().len()];
-    let frame = Arc::new(DepthFrame::new(&image, camera).unwrap());
+    let frame = Arc::new(DepthFrame::new(image, camera).unwrap());
     let cloud =
         |frame_id: &str| Cloud { stamp, frame_id: frame_id.to_owned(), points_m: Vec::new() };
     SegmentedCycle {
@@ -183,7 +183,7 @@ pub(crate) fn sized_cycle(
         static_cloud: cloud("map"),
         dynamic_cloud: cloud("rig"),
         map_from_rig: *rig,
-        depth: Some(MaskedDepth { frame, is_moving }),
+        depth: MaskedDepth::new(frame, is_moving).ok(),
         scan_rays: std::sync::Arc::default(),
         retracted_m: Vec::new(),
     }

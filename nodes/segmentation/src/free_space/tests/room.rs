@@ -245,7 +245,7 @@ fn frame(stamp: Stamp, depths_m: Vec<f32>) -> DepthFrame {
     };
     let pixels = DepthPixels::Metres(depths_m);
     let image = DepthImage::new(stamp, "camera".to_owned(), (width_px, height_px), pixels);
-    DepthFrame::new(&image.unwrap(), camera).unwrap()
+    DepthFrame::new(image.unwrap(), camera).unwrap()
 }
 
 /// A degree of tolerance at each side.

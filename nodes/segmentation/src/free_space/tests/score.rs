@@ -118,7 +118,7 @@ impl Score {
             }
         }
         assert!(cut.next().is_none());
-        self.take_pixels(view, &segmented.cycle.depth.as_ref().unwrap().is_moving);
+        self.take_pixels(view, segmented.cycle.depth.as_ref().unwrap().is_moving());
         self.cut_of_cycle.push(segmented.counts.dynamic);
         let objects: Vec<_> = view.centres_m.iter().filter(|(id, _)| **id != 0).collect();
         if let [(_, (centre_m, _))] = objects[..]

@@ -107,21 +107,15 @@ fn a_room_with_the_noise_of_a_kinect_is_accurate_and_complete() {
 #[test]
 fn colours_are_those_of_the_pixels() {
     let camera = testing::camera(160, 120);
-    let image =
-        testing::image(&camera, 0.0, Scene::wall(1.5).depths_m(&camera, &Isometry3::identity()));
+    let depths_m = Scene::wall(1.5).depths_m(&camera, &Isometry3::identity());
     let colours: Vec<[u8; 3]> = (0..160 * 120)
         .map(|pixel| if pixel % 160 < 80 { [200, 30, 30] } else { [20, 20, 220] })
         .collect();
     let map_from_camera = Isometry3::identity();
     let mut view = DepthView::new(Default::default(), Default::default()).unwrap();
     let mut surface = Surface::new(SurfaceConfig { has_colour: true, ..config(0.04) }).unwrap();
-    let input = crate::DepthInput {
-        image: &image,
-        is_moving: None,
-        colour: Some(&colours),
-        camera: &camera,
-        map_from_camera: &map_from_camera,
-    };
+    let frame = testing::frame(&camera, 0.0, depths_m).with_colours(colours).unwrap();
+    let input = crate::DepthInput::new(&frame, &map_from_camera);
     for _ in 0..3 {
         view.fill(&input).unwrap();
         surface.integrate(&view, &Serial);

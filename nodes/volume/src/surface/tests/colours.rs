@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::{config, contents, points};
 use crate::testing::{self, Scene};
 use crate::{
-    BLOCK_VOXELS, BlockBox, ChangeFollower, DepthInput, DepthView, PointRules, Surface,
-    SurfaceConfig, SurfacePoint,
+    BLOCK_VOXELS, BlockBox, ChangeFollower, DepthView, PointRules, Surface, SurfaceConfig,
+    SurfacePoint,
 };
 
 const RED: [u8; 3] = [200, 30, 30];
@@ -40,14 +40,13 @@ fn integrate_by(
 ) {
     let camera = testing::camera(WIDTH, HEIGHT);
     let map_from_camera = &Isometry3::identity();
-    let image =
-        testing::image(&camera, time_s, Scene::wall(1.5).depths_m(&camera, map_from_camera));
+    let depths_m = Scene::wall(1.5).depths_m(&camera, map_from_camera);
     let colours: Vec<[u8; 3]> = (0..WIDTH * HEIGHT)
         .map(|pixel| colour_of(pixel, if pixel % WIDTH < WIDTH / 2 { RED } else { BLUE }))
         .collect();
     let mut view = DepthView::new(Default::default(), Default::default()).unwrap();
-    let (image, camera, colour) = (&image, &camera, Some(&colours[..]));
-    view.fill(&DepthInput { image, is_moving, colour, camera, map_from_camera }).unwrap();
+    let frame = testing::frame(&camera, time_s, depths_m).with_colours(colours).unwrap();
+    testing::fill(&mut view, frame, is_moving, map_from_camera);
     surface.integrate(&view, executor);
 }
 

@@ -60,16 +60,14 @@ fn a_room_with_the_noise_of_a_kinect_is_a_manifold_and_accurate() {
 fn vertices_have_the_colours_of_the_pixels() {
     let camera = testing::camera(160, 120);
     let map_from_camera = nalgebra::Isometry3::identity();
-    let image = testing::image(&camera, 0.0, Scene::wall(1.5).depths_m(&camera, &map_from_camera));
+    let depths_m = Scene::wall(1.5).depths_m(&camera, &map_from_camera);
     let [red, blue] = [[200, 30, 30], [20, 20, 220]];
     let colours: Vec<[u8; 3]> =
         (0..160 * 120).map(|pixel| if pixel % 160 < 80 { red } else { blue }).collect();
     let mut view = DepthView::new(Default::default(), Default::default()).unwrap();
     let mut surface = Surface::new(SurfaceConfig { has_colour: true, ..config(0.04) }).unwrap();
-    let (image, camera, colour) = (&image, &camera, Some(&colours[..]));
-    let input =
-        DepthInput { image, is_moving: None, colour, camera, map_from_camera: &map_from_camera };
-    view.fill(&input).unwrap();
+    let frame = testing::frame(&camera, 0.0, depths_m).with_colours(colours).unwrap();
+    view.fill(&DepthInput::new(&frame, &map_from_camera)).unwrap();
     surface.integrate(&view, &Serial);
     let mesh = whole(&surface);
     assert_eq!(mesh.colours.len(), mesh.points_m.len());
