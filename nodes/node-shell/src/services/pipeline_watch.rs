@@ -11,8 +11,15 @@ const CONDITION: &str = "pipeline";
 pub struct PipelineWatch {
     config: PipelineConfig,
     counters: Counters,
-    /// The result for the last cycle; none before the first.
-    last: Option<Result<(), PipelineMismatch>>,
+    /// None before the first cycle.
+    last: Option<Checked>,
+}
+
+/// What the last cycle was made with, and the result of the check.
+struct Checked {
+    setup: CycleSetup,
+    rig_frame_id: String,
+    found: Result<(), PipelineMismatch>,
 }
 
 impl PipelineWatch {
@@ -27,7 +34,7 @@ impl PipelineWatch {
         Self { config, counters, last: None }
     }
 
-    /// Whether a cycle in the rig's frame `rig_frame_id` fits.
+    /// Whether a cycle in the rig's frame `rig_frame_id` fits. One that was made with the same as the last fits as that does.
     ///
     /// # Errors
     /// With both values of each parameter that differs.
@@ -36,16 +43,23 @@ impl PipelineWatch {
         setup: &CycleSetup,
         rig_frame_id: &str,
     ) -> Result<(), PipelineMismatch> {
+        let last = self.last.as_ref();
+        if let Some(last) =
+            last.filter(|last| last.setup == *setup && last.rig_frame_id == rig_frame_id)
+        {
+            return last.found.clone();
+        }
         let found = self.config.check(setup, rig_frame_id);
-        if self.last.as_ref() != Some(&found) {
+        if last.map(|last| &last.found) != Some(&found) {
             match &found {
                 Ok(()) => self.counters.note_condition(CONDITION, "as of the cycles", false),
                 Err(mismatch) => {
                     self.counters.note_condition(CONDITION, &mismatch.to_string(), true);
                 }
             }
-            self.last = Some(found.clone());
         }
+        let rig_frame_id = rig_frame_id.to_owned();
+        self.last = Some(Checked { setup: *setup, rig_frame_id, found: found.clone() });
         found
     }
 }
@@ -68,7 +82,10 @@ mod tests {
             warnings[0].contains("voxel_edge_m is 0.05 in the cycle and 0.08 here"),
             "{warnings:?}"
         );
+        assert!(watch.check(&setup, "rig").is_err(), "the next one no more");
+        assert_eq!(counters.snapshot().warnings, warnings);
         assert_eq!(watch.check(&CycleSetup::default(), "rig"), Ok(()));
         assert_eq!(counters.snapshot().warnings, Vec::<String>::new());
+        assert!(watch.check(&CycleSetup::default(), "base_link").is_err());
     }
 }
