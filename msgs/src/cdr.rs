@@ -9,6 +9,8 @@ mod error;
 #[cfg(test)]
 mod tests;
 
+use std::io;
+
 use byteorder::LittleEndian;
 
 pub use error::{CdrError, CdrFault};
@@ -53,6 +55,37 @@ pub fn encode<M: RosMessage>(message: &M) -> Result<Vec<u8>, CdrError> {
         return Err(failed(CdrFault::TooLong { bytes: bytes.len() }));
     }
     Ok(bytes)
+}
+
+/// How many bytes [`encode`] makes of the message: counted, without the bytes.
+///
+/// # Errors
+/// As [`encode`].
+pub fn encoded_len<M: RosMessage>(message: &M) -> Result<usize, CdrError> {
+    let failed = |fault| CdrError { type_name: M::TYPE_NAME, fault };
+    let mut counted = Counted { bytes: HEADER_BYTES };
+    cdr_encoding::to_writer::<M, LittleEndian, _>(&mut counted, message)
+        .map_err(|error| failed(CdrFault::Other(error.to_string())))?;
+    if counted.bytes > u32::MAX as usize {
+        return Err(failed(CdrFault::TooLong { bytes: counted.bytes }));
+    }
+    Ok(counted.bytes)
+}
+
+/// Counts what is written to it.
+struct Counted {
+    bytes: usize,
+}
+
+impl io::Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.bytes = self.bytes.saturating_add(bytes.len());
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// The message that `bytes` hold: its encapsulation header, then CDR of either byte order. Up to 7

@@ -235,6 +235,7 @@ fn a_body_without_header_is_read_in_the_given_order() {
 fn assert_round_trip<M: RosMessage + PartialEq + Debug>(seed: u64) {
     let message: M = filled(seed);
     let bytes = encode(&message).unwrap();
+    assert_eq!(encoded_len(&message), Ok(bytes.len()));
     assert_eq!(decode::<M>(&bytes).as_ref(), Ok(&message));
     assert_eq!(decode::<M>(&big_endian(&message)).as_ref(), Ok(&message));
     let (theirs, read) = cdr_encoding::from_bytes::<M, LittleEndian>(&bytes[4..]).unwrap();

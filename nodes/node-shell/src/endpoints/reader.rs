@@ -131,7 +131,7 @@ impl<M: RosMessage> Reader<M> {
             return;
         }
         // The lost ones are taken to be as long as this one.
-        let bytes_each = msgs::cdr::encode(message).map_or(0, |encoded| encoded.len() as u64);
+        let bytes_each = msgs::cdr::encoded_len(message).map_or(0, |bytes| bytes as u64);
         watch.lost(now, lost, bytes_each);
         let too_much = watch.lost_too_much(now);
         drop(watch);
