@@ -1,10 +1,11 @@
 //! Values that flow between the nodes of one process as themselves, each with the message that others get.
 
-use geometry::{DetectedCycle, SegmentedCycle};
+use geometry::{Cloud, CycleTracks, DetectedCycle, SegmentedCycle};
 
 use crate::RosMessage;
 use crate::convert::{self, ConvertError};
-use crate::stillmap_msgs::{ReducedCloud, SegmentedCloud};
+use crate::sensor_msgs::PointCloud2;
+use crate::stillmap_msgs::{ReducedCloud, SegmentedCloud, Tracks};
 
 /// A value that is handed from node to node within a process, and leaves it as a message: the message is made only when
 /// somebody wants it (as REP-2007 has it of adapted types).
@@ -43,5 +44,29 @@ impl Domain for SegmentedCycle {
 
     fn from_message(message: &SegmentedCloud) -> Result<Self, ConvertError> {
         convert::segmented_cycle_from_message(message)
+    }
+}
+
+impl Domain for Cloud {
+    type Message = PointCloud2;
+
+    fn to_message(&self) -> PointCloud2 {
+        convert::message_from_cloud(self)
+    }
+
+    fn from_message(message: &PointCloud2) -> Result<Self, ConvertError> {
+        convert::cloud_from_message(message)
+    }
+}
+
+impl Domain for CycleTracks {
+    type Message = Tracks;
+
+    fn to_message(&self) -> Tracks {
+        convert::message_from_tracks(self)
+    }
+
+    fn from_message(message: &Tracks) -> Result<Self, ConvertError> {
+        convert::tracks_from_message(message)
     }
 }

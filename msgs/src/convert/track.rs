@@ -1,30 +1,36 @@
 //! Tracks.
 
-use geometry::{SegmentedCycle, Track};
+use geometry::{CycleTracks, Track};
 use nalgebra::{Matrix6, Vector3};
 
 use super::ConvertError;
 use super::pose::{header_of, message_from_point, point_from_message};
+use super::stamp_from_time;
 use crate::geometry_msgs::Vector3 as VectorMessage;
 use crate::stillmap_msgs::{Track as TrackMessage, Tracks};
 
 /// The tracks of one cycle as a message, in the map frame.
 #[must_use]
-pub fn message_from_tracks(cycle: &SegmentedCycle, tracks: &[Track]) -> Tracks {
-    let cloud = &cycle.static_cloud;
+pub fn message_from_tracks(cycle: &CycleTracks) -> Tracks {
     Tracks {
-        header: header_of(cloud.stamp, &cloud.frame_id),
+        header: header_of(cycle.stamp, &cycle.map_frame_id),
         cycle: cycle.index,
-        tracks: tracks.iter().map(message_from_track).collect(),
+        tracks: cycle.tracks.iter().map(message_from_track).collect(),
     }
 }
 
-/// The tracks of a message, whose header and cycle say where they belong.
+/// The tracks of a message.
 ///
 /// # Errors
 /// When a position or a velocity is not finite.
-pub fn tracks_from_message(message: &Tracks) -> Result<Vec<Track>, ConvertError> {
-    message.tracks.iter().map(track_from_message).collect()
+pub fn tracks_from_message(message: &Tracks) -> Result<CycleTracks, ConvertError> {
+    let tracks: Result<Vec<Track>, _> = message.tracks.iter().map(track_from_message).collect();
+    Ok(CycleTracks {
+        index: message.cycle,
+        stamp: stamp_from_time(message.header.stamp),
+        map_frame_id: message.header.frame_id.clone(),
+        tracks: tracks?,
+    })
 }
 
 fn message_from_track(track: &Track) -> TrackMessage {
@@ -71,8 +77,8 @@ fn vector_from_message(message: VectorMessage) -> Result<Vector3<f64>, ConvertEr
 
 #[cfg(test)]
 mod tests {
-    use geometry::{Cloud, Stamp};
-    use nalgebra::{Isometry3, Point3};
+    use geometry::Stamp;
+    use nalgebra::Point3;
 
     use super::*;
     use crate::cdr;
@@ -91,22 +97,15 @@ mod tests {
 
     #[test]
     fn tracks_come_back_from_the_wire() {
-        let cloud =
-            Cloud { stamp: Stamp::from_nanos(5), frame_id: "map".to_owned(), points_m: Vec::new() };
-        let cycle = SegmentedCycle {
-            depth: None,
-            scan_rays: std::sync::Arc::default(),
+        let cycle = CycleTracks {
             index: 9,
-            static_cloud: cloud.clone(),
-            dynamic_cloud: cloud,
-            map_from_rig: Isometry3::identity(),
-            setup: geometry::CycleSetup::default(),
-            retracted_m: Vec::new(),
+            stamp: Stamp::from_nanos(5),
+            map_frame_id: "map".to_owned(),
+            tracks: vec![track()],
         };
-        let message = message_from_tracks(&cycle, &[track()]);
+        let message = message_from_tracks(&cycle);
         let decoded: Tracks = cdr::decode(&cdr::encode(&message).unwrap()).unwrap();
-        assert_eq!((decoded.cycle, decoded.header.frame_id.as_str()), (9, "map"));
-        assert_eq!(tracks_from_message(&decoded), Ok(vec![track()]));
+        assert_eq!(tracks_from_message(&decoded), Ok(cycle));
     }
 
     #[test]

@@ -101,7 +101,7 @@ pub use scan::{BeamOrder, Scan};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use scan_ray::ScanRay;
 pub use stamp::Stamp;
-pub use track::Track;
+pub use track::{CycleTracks, Track};
 pub use triangle_mesh::{MeshEdges, MeshPiece, MeshUpdate, TriangleMesh};
 pub use voxel::{
     BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,

@@ -2,6 +2,8 @@
 
 use nalgebra::{Matrix6, Point3, Vector3};
 
+use crate::Stamp;
+
 /// The state of a moving object in one cycle.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Track {
@@ -19,4 +21,17 @@ pub struct Track {
     pub age_s: f64,
     /// Cycles since it was last seen; 0 when this cycle saw it.
     pub unseen_cycles: u32,
+}
+
+/// The moving objects of one cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub struct CycleTracks {
+    /// The cycle's number, as detection gave it.
+    pub index: u32,
+    /// The stamp of its cloud.
+    pub stamp: Stamp,
+    /// The frame of the tracks: the map.
+    pub map_frame_id: String,
+    /// The objects, by rising number.
+    pub tracks: Vec<Track>,
 }

@@ -8,15 +8,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use geometry::{
-    CameraModel, Cloud, CycleSetup, DepthFrame, DepthImage, DepthPixels, DetectedCycle, Distortion,
-    DynamicZone, MaskedDepth, SegmentedCycle, Stamp, Track, ZoneSource,
+    CameraModel, Cloud, CycleSetup, CycleTracks, DepthFrame, DepthImage, DepthPixels,
+    DetectedCycle, Distortion, DynamicZone, MaskedDepth, SegmentedCycle, Stamp, Track, ZoneSource,
 };
 use live_view::shell::{GraphOf, LiveView, NODE, ShownNode};
 use msgs::convert;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use msgs::sensor_msgs::PointCloud2;
 use msgs::std_srvs::Trigger;
-use msgs::stillmap_msgs::Tracks;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3};
 use node_shell::parameters::NodeParameters;
 use node_shell::{Host, Node, NodeFailure, Qos, RosArguments, Transport, descriptors};
@@ -94,7 +93,7 @@ async fn publish(node: Node) -> Result<(), NodeFailure> {
         let detected = node.value_publisher::<DetectedCycle>("reduced_cloud", &Qos::reliable(5))?;
         let segmented =
             node.value_publisher::<SegmentedCycle>("segmented_cloud", &Qos::reliable(5))?;
-        let tracks = node.publisher::<Tracks>("tracks", &Qos::reliable(5))?;
+        let tracks = node.value_publisher::<CycleTracks>("tracks", &Qos::reliable(5))?;
         let maps = node.publisher::<PointCloud2>("static_map", &Qos::latched())?;
         let updates = node.publisher::<PointCloud2>("static_map_updates", &Qos::reliable(10))?;
         let diagnostics = node.publisher::<DiagnosticArray>("/diagnostics", &Qos::reliable(5))?;
@@ -111,7 +110,12 @@ async fn publish(node: Node) -> Result<(), NodeFailure> {
             let stamp = Stamp::from_nanos(i64::from(index) * PERIOD.as_nanos() as i64);
             let cycle = cycle(index, stamp);
             detected.publish_or_warn(detected_of(&cycle, stamp));
-            tracks.publish_if_awaited(|| convert::message_from_tracks(&cycle, &[track(&cycle)]));
+            tracks.publish_if_awaited(|| CycleTracks {
+                index: cycle.index,
+                stamp,
+                map_frame_id: cycle.static_cloud.frame_id.clone(),
+                tracks: vec![track(&cycle)],
+            });
             segmented.publish_or_warn(Arc::new(cycle));
             let columns = (index as usize).min(LENGTH_VOXELS);
             if index % 10 == 1 {

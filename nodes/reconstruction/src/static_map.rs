@@ -126,7 +126,8 @@ impl StaticMap {
         let mut addition = Addition::default();
         // A cloud with an earlier pose than a correction is put where it belongs.
         let missed = self.corrections.missed_at(*stamp);
-        let corrected = missed.map(|missed| static_cloud.clone().transformed(&missed, frame_id).points_m);
+        let corrected =
+            missed.map(|missed| static_cloud.clone().transformed(&missed, frame_id).points_m);
         for point in corrected.as_ref().unwrap_or(points_m) {
             self.add_point(point, &mut addition);
         }

@@ -8,10 +8,9 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use geometry::{Cloud, DetectedCycle, Method, SegmentedCycle};
+use geometry::{Cloud, CycleTracks, DetectedCycle, Method, SegmentedCycle};
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::Tracks;
 use msgs::visualization_msgs::MarkerArray;
 use node_shell::parameters::NodeParameters;
 use node_shell::{
@@ -119,9 +118,9 @@ pub struct Stage {
     segmenter: Segmenter,
     next_cycle: u32,
     static_clouds: Publisher<PointCloud2>,
-    dynamic_clouds: Publisher<PointCloud2>,
+    dynamic_clouds: ValuePublisher<Cloud>,
     segmented_cycles: ValuePublisher<SegmentedCycle>,
-    tracks: Publisher<Tracks>,
+    tracks: ValuePublisher<CycleTracks>,
     filter: Filter,
     markers: Publisher<MarkerArray>,
     reporter: StageReporter,
@@ -141,7 +140,7 @@ impl Stage {
             segmenter: Segmenter::new(parameters.config.clone())?,
             next_cycle: 0,
             static_clouds: node.publisher("static_cloud", &Qos::reliable(CYCLES_KEPT))?,
-            dynamic_clouds: node.publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
+            dynamic_clouds: node.value_publisher("dynamic_cloud", &Qos::reliable(CYCLES_KEPT))?,
             segmented_cycles: node
                 .value_publisher("segmented_cloud", &Qos::reliable(CYCLES_KEPT))?,
             filter: Filter::new(
@@ -149,7 +148,7 @@ impl Stage {
                 &parameters.filter,
                 parameters.config.pipeline.voxel_grid()?,
             )?,
-            tracks: node.publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
+            tracks: node.value_publisher("tracks", &Qos::reliable(CYCLES_KEPT))?,
             markers: node.publisher("track_markers", &Qos::reliable(MARKERS_KEPT))?,
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters: node.counters(),
@@ -244,9 +243,13 @@ impl Stage {
         self.segmented_cycles.publish_or_warn(Arc::clone(&cycle));
         let map = &cycle.static_cloud;
         self.static_clouds.publish_if_awaited(|| convert::message_from_cloud(map));
-        self.dynamic_clouds
-            .publish_if_awaited(|| convert::message_from_cloud(&cycle.dynamic_cloud));
-        self.tracks.publish_if_awaited(|| convert::message_from_tracks(&cycle, &tracks));
+        self.dynamic_clouds.publish_if_awaited(|| cycle.dynamic_cloud.clone());
+        self.tracks.publish_if_awaited(|| CycleTracks {
+            index: cycle.index,
+            stamp: map.stamp,
+            map_frame_id: map.frame_id.clone(),
+            tracks: tracks.clone(),
+        });
         self.markers
             .publish_if_awaited(|| convert::markers_from_tracks(map.stamp, &map.frame_id, &tracks));
         timer.end_of("publish");

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use detection::shell::CloudInput;
-use geometry::Stamp;
+use geometry::{CycleTracks, Stamp};
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
-use msgs::stillmap_msgs::Tracks;
-use node_shell::{Node, PublishError, Qos, Subscription};
+use node_shell::{Node, PublishError, Qos, ValueSubscription};
 
 use super::*;
 use robot::run::parameters::PipelineParameters;
@@ -57,7 +56,7 @@ pub(super) struct Play<'a> {
     method: Method,
     parameters: PipelineParameters,
     pipeline: Pipeline,
-    tracks: Subscription<Tracks>,
+    tracks: ValueSubscription<CycleTracks>,
     /// The node of the subscription.
     _listener: Node,
     /// One point per pixel.
@@ -84,8 +83,9 @@ impl<'a> Play<'a> {
         let parameters = PipelineParameters::of_method(method, options.voxel_edge_m);
         let pipeline = Pipeline::new(CloudInput::Depth, &[], &parameters).map_err(failure)?;
         let listener = pipeline.listener().map_err(failure)?;
-        let tracks =
-            listener.subscription("tracks", &Qos::reliable(WAITING_CYCLES)).map_err(failure)?;
+        let tracks = listener
+            .value_subscription("tracks", &Qos::reliable(WAITING_CYCLES))
+            .map_err(failure)?;
         let grid = VoxelGrid::new(parameters.pipeline().voxel_edge_m).map_err(failure)?;
         Ok(Self {
             method,
@@ -122,19 +122,19 @@ impl<'a> Play<'a> {
     /// Reads the cycles finished since the last call.
     fn look(&mut self, truth: &mut Truth) -> Result<(), Failure> {
         while let Some(received) = self.tracks.try_next() {
-            let message = received.message;
-            let stamp = convert::stamp_from_time(message.header.stamp);
+            let cycle = Arc::unwrap_or_clone(received.message.value().map_err(failure)?);
+            let CycleTracks { index, stamp, tracks, .. } = cycle;
             truth.claim(stamp);
             self.reached = self.reached.max(Some(stamp));
             let seen = SeenCycle {
-                tracks: convert::tracks_from_message(&message).map_err(failure)?,
+                tracks,
                 correlation: if self.options.correlate_each_cycle {
                     self.correlation()
                 } else {
                     None
                 },
             };
-            self.cycles.insert(message.cycle, seen);
+            self.cycles.insert(index, seen);
         }
         Ok(())
     }

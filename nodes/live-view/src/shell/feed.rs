@@ -4,11 +4,10 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use geometry::{DetectedCycle, Method, Scan, SegmentedCycle, Track};
+use geometry::{CycleTracks, DetectedCycle, Method, Scan, SegmentedCycle, Track};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::sensor_msgs::{LaserScan, PointCloud2};
-use msgs::stillmap_msgs::Tracks;
 use node_shell::{
     Arrived, Node, NodeFailure, Qos, ShellError, Subscription, Throttle, ValueSubscription,
 };
@@ -73,7 +72,7 @@ async fn nobody_looks(browsers: &mut watch::Receiver<usize>) {
 struct Feed {
     detected: ValueSubscription<DetectedCycle>,
     segmented: ValueSubscription<SegmentedCycle>,
-    tracks: Subscription<Tracks>,
+    tracks: ValueSubscription<CycleTracks>,
     scans: Subscription<LaserScan>,
     maps: Subscription<PointCloud2>,
     updates: Subscription<PointCloud2>,
@@ -97,7 +96,7 @@ struct Latest {
 enum Input {
     Detected(Arc<Arrived<DetectedCycle>>),
     Segmented(Arc<Arrived<SegmentedCycle>>),
-    Tracks(Arc<Tracks>),
+    Tracks(Arc<Arrived<CycleTracks>>),
     Scan(Arc<LaserScan>),
     Map(Arc<PointCloud2>),
     Updates(Arc<PointCloud2>),
@@ -113,7 +112,7 @@ impl Feed {
         let feed = Self {
             detected: node.value_subscription("reduced_cloud", &CYCLES)?,
             segmented: node.value_subscription("segmented_cloud", &CYCLES)?,
-            tracks: node.subscription("tracks", &CYCLES)?,
+            tracks: node.value_subscription("tracks", &CYCLES)?,
             scans: node.subscription("scan", &SCANS)?,
             maps: node.subscription("static_map", &map)?,
             updates: node.subscription("static_map_updates", &UPDATES)?,
@@ -192,8 +191,8 @@ impl Latest {
                 self.segmented = Some(cycle);
                 self.is_shown = false;
             }
-            Input::Tracks(message) => {
-                self.tracks = convert::tracks_from_message(&message)?;
+            Input::Tracks(arrived) => {
+                self.tracks.clone_from(&arrived.value()?.tracks);
                 self.is_shown = false;
             }
             Input::Map(message) => {

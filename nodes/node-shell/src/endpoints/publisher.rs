@@ -120,6 +120,13 @@ impl<T: Domain> ValuePublisher<T> {
         warned_of(&self.failed, self.publish(value))
     }
 
+    /// Makes a value and publishes it where there is a subscriber, as [`Publisher::publish_if_awaited`] does a message.
+    pub fn publish_if_awaited(&self, make: impl FnOnce() -> T) {
+        if self.subscriber_count() > 0 {
+            self.publish_or_warn(make());
+        }
+    }
+
     /// How many subscribers there are.
     #[must_use]
     pub fn subscriber_count(&self) -> usize {

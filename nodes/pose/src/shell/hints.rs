@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use geometry::{PoseBuffer, Stamp, Track, pose_from_vector};
+use geometry::{CycleTracks, PoseBuffer, Stamp, Track, pose_from_vector};
 use msgs::convert;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::Imu;
@@ -64,8 +64,9 @@ impl Knowledge {
             )
             .into());
         }
-        self.tracks = convert::tracks_from_message(message)?;
-        self.tracks_at = Some(convert::stamp_from_time(message.header.stamp));
+        let CycleTracks { stamp, tracks, .. } = convert::tracks_from_message(message)?;
+        self.tracks = tracks;
+        self.tracks_at = Some(stamp);
         Ok(())
     }
 

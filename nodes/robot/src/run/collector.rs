@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use geometry::{ColouredCloud, DetectedCycle, SegmentationCounts, Stamp};
+use geometry::{Cloud, ColouredCloud, CycleTracks, DetectedCycle, SegmentationCounts, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::nav_msgs::Path;
 use msgs::sensor_msgs::{LaserScan, PointCloud2};
-use msgs::stillmap_msgs::{StageReport, Tracks};
+use msgs::stillmap_msgs::StageReport;
 use node_shell::{Arrived, GrantedBuffer, Node, Qos, ShellError, Subscription, ValueSubscription};
 
 use super::recorder::{Recorder, Stage};
@@ -26,8 +26,8 @@ pub(super) struct Collector {
     diagnostics: Subscription<DiagnosticArray>,
     scans: Subscription<LaserScan>,
     detected: ValueSubscription<DetectedCycle>,
-    dynamic_clouds: Subscription<PointCloud2>,
-    tracks: Subscription<Tracks>,
+    dynamic_clouds: ValueSubscription<Cloud>,
+    tracks: ValueSubscription<CycleTracks>,
     static_map: Subscription<PointCloud2>,
     paths: Subscription<Path>,
     reports: [Subscription<StageReport>; Stage::ALL.len()],
@@ -58,8 +58,8 @@ impl Collector {
             diagnostics: node.subscription("/diagnostics", &Qos::reliable(WAITING_DIAGNOSTICS))?,
             scans: node.subscription("scan", &Qos::sensor(WAITING_MESSAGES))?,
             detected: node.value_subscription("reduced_cloud", &reliable)?,
-            dynamic_clouds: node.subscription("dynamic_cloud", &reliable)?,
-            tracks: node.subscription("tracks", &reliable)?,
+            dynamic_clouds: node.value_subscription("dynamic_cloud", &reliable)?,
+            tracks: node.value_subscription("tracks", &reliable)?,
             static_map: node.subscription("static_map", &Qos::latched())?,
             paths: node.subscription("map_path", &Qos::reliable(WAITING_PATHS))?,
             reports: [
@@ -148,8 +148,8 @@ enum Received {
     Diagnostics(Arc<DiagnosticArray>),
     Scan(Arc<LaserScan>),
     Detected(Arc<Arrived<DetectedCycle>>),
-    DynamicCloud(Arc<PointCloud2>),
-    Tracks(Arc<Tracks>),
+    DynamicCloud(Arc<Arrived<Cloud>>),
+    Tracks(Arc<Arrived<CycleTracks>>),
     Map(Arc<PointCloud2>),
     Path(Arc<Path>),
     Report(Stage, Arc<StageReport>),
@@ -179,16 +179,14 @@ impl CollectedState {
                 }
             }
             Received::Detected(arrived) => {
-                let cycle = Arc::unwrap_or_clone(arrived.value()?);
+                let cycle = arrived.value()?;
                 self.last_cloud = self.last_cloud.max(Some(cycle.reduced_cloud.stamp));
-                recorder.detected(cycle);
+                recorder.detected(&cycle);
             }
-            Received::DynamicCloud(message) => {
-                let cloud = convert::cloud_from_message(&message)?;
-                recorder.dynamic_cloud(cloud);
-            }
-            Received::Tracks(message) => {
-                recorder.tracks(message.cycle, &convert::tracks_from_message(&message)?);
+            Received::DynamicCloud(arrived) => recorder.dynamic_cloud(arrived.value()?),
+            Received::Tracks(arrived) => {
+                let tracks = arrived.value()?;
+                recorder.tracks(&tracks);
             }
             Received::Map(message) => {
                 let map = convert::coloured_cloud_from_message(&message)?;

@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::Arc;
 
-use geometry::{DetectedCycle, DynamicZone, OrientedPoints, SegmentedCycle, Stamp, Track};
+use geometry::{
+    CycleTracks, DetectedCycle, DynamicZone, OrientedPoints, SegmentedCycle, Stamp, Track,
+};
 use msgs::convert;
-use msgs::stillmap_msgs::Tracks;
-use node_shell::{Node, NodeFailure, Qos, Subscription, ValueSubscription};
+use node_shell::{Node, NodeFailure, Qos, ValueSubscription};
 use reconstruction::WholeMap;
 
 use super::bag_name;
@@ -40,7 +41,7 @@ pub struct CycleRun {
     note: Option<String>,
     detected: ValueSubscription<DetectedCycle>,
     segmented: ValueSubscription<SegmentedCycle>,
-    tracks: Subscription<Tracks>,
+    tracks: ValueSubscription<CycleTracks>,
     /// The node of the subscriptions.
     _listener: Node,
     zones_of: BTreeMap<u32, (Stamp, Vec<DynamicZone>)>,
@@ -87,7 +88,7 @@ impl CycleRun {
             note,
             detected: listener.value_subscription("reduced_cloud", &qos).map_err(of_shell)?,
             segmented: listener.value_subscription("segmented_cloud", &qos).map_err(of_shell)?,
-            tracks: listener.subscription("tracks", &qos).map_err(of_shell)?,
+            tracks: listener.value_subscription("tracks", &qos).map_err(of_shell)?,
             _listener: listener,
             zones_of: BTreeMap::new(),
             tracks_of: BTreeMap::new(),
@@ -158,9 +159,8 @@ impl CycleRun {
             self.zones_of.insert(cycle.index, (cycle.scan_stamp, cycle.zones.clone()));
         }
         while let Some(received) = self.tracks.try_next() {
-            let message = received.message;
-            let tracks = convert::tracks_from_message(&message).map_err(wrong)?;
-            self.tracks_of.insert(message.cycle, tracks);
+            let cycle = Arc::unwrap_or_clone(received.message.value().map_err(wrong)?);
+            self.tracks_of.insert(cycle.index, cycle.tracks);
         }
         while let Some(received) = self.segmented.try_next() {
             let segmented = received.message.value().map_err(wrong)?;

@@ -4,18 +4,20 @@ mod partial_cycle;
 mod views;
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use geometry::{
-    Cloud, DetectedCycle, MapPath, Method, PipelineConfig, Scan, SegmentationCounts, Stamp, Track,
+    Cloud, CycleTracks, DetectedCycle, MapPath, Method, PipelineConfig, Scan, SegmentationCounts,
+    Stamp,
 };
 use nalgebra::Point3;
 use reconstruction::{AtMaxVoxels, ConfigError, ReconstructionConfig, StaticMap};
 use report::{DropCount, RunRecord};
 
-use self::partial_cycle::PartialCycle;
+use self::partial_cycle::{DetectedPart, PartialCycle};
 use self::views::Views;
-use super::trajectory::Trajectory;
+use super::trajectory::{CyclePlace, Trajectory};
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -67,7 +69,7 @@ pub(crate) struct Recorder {
     trajectory: Trajectory,
     drops: BTreeMap<(String, String), u64>,
     blind_scans: usize,
-    unassigned_clouds: VecDeque<Cloud>,
+    unassigned_clouds: VecDeque<Arc<Cloud>>,
     unassigned_additions: VecDeque<MapAddition>,
 }
 
@@ -94,21 +96,23 @@ impl Recorder {
     }
 
     /// Detection's result. All of its points are added to the unfiltered map.
-    pub(crate) fn detected(&mut self, mut cycle: DetectedCycle) {
-        let in_map = cycle.reduced_cloud.clone().transformed(&cycle.map_from_rig, &cycle.map_frame_id);
+    pub(crate) fn detected(&mut self, cycle: &DetectedCycle) {
+        let in_map =
+            cycle.reduced_cloud.clone().transformed(&cycle.map_from_rig, &cycle.map_frame_id);
         // Reconstruction refuses and reports a change of the frame.
         let _ = self.unfiltered_map.add(&in_map);
-        let reported_map_from_rig = cycle.map_from_rig;
-        self.trajectory.correct_late(&mut cycle);
-        self.views.detected(&cycle);
+        self.views.detected(cycle);
         // The clouds and images of a run are not kept in memory but for the views.
-        cycle.depth = None;
-        cycle.scan_rays = std::sync::Arc::default();
-        cycle.reduced_cloud.points_m = Vec::new();
-        cycle.voxel_points = Vec::new();
+        let mut place = CyclePlace::of(cycle);
+        self.trajectory.correct_late(&mut place);
         let partial = self.partial(cycle.index);
-        partial.reported_map_from_rig = reported_map_from_rig;
-        partial.detected = Some(cycle);
+        partial.detected = Some(DetectedPart {
+            place,
+            reported_map_from_rig: cycle.map_from_rig,
+            scan_stamp: cycle.scan_stamp,
+            zones: cycle.zones.clone(),
+            points_in: cycle.points_before_reduction,
+        });
         self.assign();
     }
 
@@ -121,21 +125,21 @@ impl Recorder {
     pub(crate) fn path(&mut self, path: MapPath) {
         // Reconstruction refuses and reports another frame.
         let _ = self.unfiltered_map.follow_path(&path);
-        let cycles = self.cycles.values_mut().filter_map(|partial| partial.detected.as_mut());
-        self.trajectory.take(path, cycles);
+        let detected = self.cycles.values_mut().filter_map(|partial| partial.detected.as_mut());
+        self.trajectory.take(path, detected.map(|detected| &mut detected.place));
     }
 
     /// The points that segmentation classified as dynamic. A cloud has a stamp but no cycle number, and may arrive before
     /// detection's message of the cycle.
-    pub(crate) fn dynamic_cloud(&mut self, cloud: Cloud) {
+    pub(crate) fn dynamic_cloud(&mut self, cloud: Arc<Cloud>) {
         self.unassigned_clouds.push_back(cloud);
         self.assign();
     }
 
     /// The tracks of a cycle, in the map frame as it was when the cycle was published.
-    pub(crate) fn tracks(&mut self, index: u32, tracks: &[Track]) {
-        let positions = tracks.iter().map(|track| (track.id, track.position_m));
-        self.partial(index).tracks_m = Some(positions.collect());
+    pub(crate) fn tracks(&mut self, cycle: &CycleTracks) {
+        let positions = cycle.tracks.iter().map(|track| (track.id, track.position_m));
+        self.partial(cycle.index).tracks_m = Some(positions.collect());
     }
 
     /// The map after the cycle whose cloud has this stamp; reconstruction does not report its number.
@@ -212,7 +216,7 @@ impl Recorder {
     /// The frame of the map, once a cycle has named it.
     pub(crate) fn map_frame_id(&self) -> String {
         let detected = self.cycles.values().find_map(|partial| partial.detected.as_ref());
-        detected.map(|cycle| cycle.map_frame_id.clone()).unwrap_or_default()
+        detected.map(|detected| detected.place.map_frame_id.clone()).unwrap_or_default()
     }
 
     /// The record of the run. A cycle that a stage never reported is counted as dropped by that stage.
@@ -260,9 +264,9 @@ impl Recorder {
     /// the camera, several cycles have the same stamp; their messages arrive in their order.
     fn assign(&mut self) {
         for cloud in std::mem::take(&mut self.unassigned_clouds) {
-            let lacks = |partial: &PartialCycle| partial.dynamic_points_m.is_none();
+            let lacks = |partial: &PartialCycle| partial.dynamic_cloud.is_none();
             match self.first_of(cloud.stamp, lacks) {
-                Some(partial) => partial.dynamic_points_m = Some(cloud.points_m),
+                Some(partial) => partial.dynamic_cloud = Some(cloud),
                 None => self.unassigned_clouds.push_back(cloud),
             }
         }
@@ -284,7 +288,7 @@ impl Recorder {
         lacks: impl Fn(&PartialCycle) -> bool,
     ) -> Option<&mut PartialCycle> {
         self.cycles.values_mut().find(|partial| {
-            let stamp = partial.detected.as_ref().map(|cycle| cycle.reduced_cloud.stamp);
+            let stamp = partial.detected.as_ref().map(|detected| detected.place.cloud_stamp);
             stamp == Some(cloud_stamp) && lacks(partial)
         })
     }

@@ -1,7 +1,26 @@
 //! The trajectory of the rig, as the source of the poses has corrected it: after a loop closure of a SLAM, the poses reported
 //! with earlier cycles are outdated. The map follows the correction, so the clouds that are compared with it must follow it, too.
 
-use geometry::{DetectedCycle, LateCorrections, MapPath};
+use geometry::{DetectedCycle, LateCorrections, MapPath, Stamp};
+use nalgebra::Isometry3;
+
+/// Where the rig was in a cycle.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct CyclePlace {
+    pub(super) cloud_stamp: Stamp,
+    pub(super) map_from_rig: Isometry3<f64>,
+    pub(super) map_frame_id: String,
+}
+
+impl CyclePlace {
+    pub(super) fn of(cycle: &DetectedCycle) -> Self {
+        Self {
+            cloud_stamp: cycle.reduced_cloud.stamp,
+            map_from_rig: cycle.map_from_rig,
+            map_frame_id: cycle.map_frame_id.clone(),
+        }
+    }
+}
 
 /// The latest trajectory, and the corrections for cycles that arrive after them.
 #[derive(Debug, Default)]
@@ -15,7 +34,7 @@ impl Trajectory {
     pub(super) fn take<'a>(
         &mut self,
         path: MapPath,
-        cycles: impl Iterator<Item = &'a mut DetectedCycle>,
+        cycles: impl Iterator<Item = &'a mut CyclePlace>,
     ) {
         let correction = self.path.as_ref().and_then(|before| path.correction_since(before));
         let since = path.since();
@@ -25,7 +44,7 @@ impl Trajectory {
             return;
         };
         for cycle in cycles {
-            let stamp = cycle.reduced_cloud.stamp;
+            let stamp = cycle.cloud_stamp;
             if stamp < since && cycle.map_frame_id == frame_id {
                 cycle.map_from_rig = correction.at(stamp) * cycle.map_from_rig;
             }
@@ -34,11 +53,11 @@ impl Trajectory {
     }
 
     /// Corrects a cycle that was sent before the latest corrections and received after them.
-    pub(super) fn correct_late(&mut self, cycle: &mut DetectedCycle) {
+    pub(super) fn correct_late(&mut self, cycle: &mut CyclePlace) {
         if self.path.as_ref().is_none_or(|path| path.frame_id() != cycle.map_frame_id) {
             return;
         }
-        if let Some(missed) = self.late.missed_at(cycle.reduced_cloud.stamp) {
+        if let Some(missed) = self.late.missed_at(cycle.cloud_stamp) {
             cycle.map_from_rig = missed * cycle.map_from_rig;
         }
     }
@@ -46,8 +65,7 @@ impl Trajectory {
 
 #[cfg(test)]
 mod tests {
-    use geometry::{Cloud, PathVertex, Stamp};
-    use nalgebra::Isometry3;
+    use geometry::PathVertex;
 
     use super::*;
 
@@ -66,23 +84,9 @@ mod tests {
         MapPath::new(at(since_s), "map", vertices.collect()).unwrap()
     }
 
-    fn cycle(seconds: f64, x_m: f64, map_frame_id: &str) -> DetectedCycle {
-        let cloud = Cloud { stamp: at(seconds), frame_id: "rig".to_owned(), points_m: Vec::new() };
-        DetectedCycle {
-            depth: None,
-            scan_rays: std::sync::Arc::default(),
-            index: 0,
-            scan_stamp: at(seconds),
-            reduced_cloud: cloud,
-            voxel_points: Vec::new(),
-            points_before_reduction: 0,
-            map_from_rig: along(x_m),
-            map_from_continuous: None,
-            map_frame_id: map_frame_id.to_owned(),
-            setup: geometry::CycleSetup::default(),
-            zones: Vec::new(),
-            moving_beams: Vec::new(),
-        }
+    fn cycle(seconds: f64, x_m: f64, map_frame_id: &str) -> CyclePlace {
+        let map_frame_id = map_frame_id.to_owned();
+        CyclePlace { cloud_stamp: at(seconds), map_from_rig: along(x_m), map_frame_id }
     }
 
     #[test]

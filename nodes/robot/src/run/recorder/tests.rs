@@ -1,4 +1,4 @@
-use geometry::PathVertex;
+use geometry::{PathVertex, Track};
 use nalgebra::{Isometry3, Matrix6, Vector3};
 use report::Transport;
 
@@ -39,10 +39,16 @@ fn track(id: u32, x_m: f64) -> Track {
     }
 }
 
+fn tracks(index: u32, tracks: Vec<Track>) -> CycleTracks {
+    let stamp = at(f64::from(index));
+    CycleTracks { index, stamp, map_frame_id: "map".to_owned(), tracks }
+}
+
 /// The messages of the other stages about a cycle, without its tracks.
 fn report_other_stages(recorder: &mut Recorder, index: u32) {
     let stamp = at(f64::from(index));
-    recorder.dynamic_cloud(Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() });
+    let cloud = Cloud { stamp, frame_id: "rig".to_owned(), points_m: Vec::new() };
+    recorder.dynamic_cloud(Arc::new(cloud));
     recorder.counts(index, SegmentationCounts::default());
     recorder.reconstructed(stamp, 0, []);
 }
@@ -64,13 +70,13 @@ fn recorder() -> Recorder {
 fn tracks_are_assigned_to_their_cycle_in_any_order() {
     let mut recorder = recorder();
     // Segmentation's message may be received before detection's.
-    recorder.tracks(0, &[track(4, 2.0)]);
-    recorder.detected(detected(0, 0.0));
-    recorder.detected(detected(1, 0.0));
+    recorder.tracks(&tracks(0, vec![track(4, 2.0)]));
+    recorder.detected(&detected(0, 0.0));
+    recorder.detected(&detected(1, 0.0));
     report_other_stages(&mut recorder, 0);
     report_other_stages(&mut recorder, 1);
     assert_eq!(recorder.incomplete_cycles(), 1, "the second has no tracks yet");
-    recorder.tracks(1, &[]);
+    recorder.tracks(&tracks(1, vec![]));
     assert_eq!(recorder.incomplete_cycles(), 0);
     let record = finish(recorder);
     let tracks: Vec<_> = record.cycles.iter().map(|cycle| cycle.tracks_m.len()).collect();
@@ -81,8 +87,8 @@ fn tracks_are_assigned_to_their_cycle_in_any_order() {
 #[test]
 fn tracks_follow_a_correction_of_the_trajectory() {
     let mut recorder = recorder();
-    recorder.detected(detected(0, 1.0));
-    recorder.tracks(0, &[track(4, 3.0)]);
+    recorder.detected(&detected(0, 1.0));
+    recorder.tracks(&tracks(0, vec![track(4, 3.0)]));
     report_other_stages(&mut recorder, 0);
     for (since_s, x_m) in [(1.0, 1.0), (2.0, 0.5)] {
         let vertex = |seconds| PathVertex {
@@ -108,13 +114,13 @@ fn a_scan_is_assigned_to_its_cycle_in_any_order() {
     };
     let mut recorder = recorder();
     recorder.scan(&scan(0.0, 1.0));
-    recorder.detected(detected(0, 0.0));
-    recorder.detected(detected(1, 0.0));
+    recorder.detected(&detected(0, 0.0));
+    recorder.detected(&detected(1, 0.0));
     recorder.scan(&scan(1.0, 2.0));
     recorder.scan(&scan(9.0, 3.0));
     for index in [0, 1] {
         report_other_stages(&mut recorder, index);
-        recorder.tracks(index, &[]);
+        recorder.tracks(&tracks(index, vec![]));
     }
     let record = finish(recorder);
     let ranges = record.cycles.iter().map(|cycle| {
@@ -127,9 +133,9 @@ fn a_scan_is_assigned_to_its_cycle_in_any_order() {
 fn a_long_run_keeps_a_bounded_number_of_views_spread_over_all_of_it() {
     let mut recorder = recorder();
     for index in 0..1500 {
-        recorder.detected(detected(index, 0.0));
+        recorder.detected(&detected(index, 0.0));
         report_other_stages(&mut recorder, index);
-        recorder.tracks(index, &[]);
+        recorder.tracks(&tracks(index, vec![]));
     }
     let record = finish(recorder);
     let viewed: Vec<u32> = record
