@@ -1,11 +1,13 @@
 //! A depth image with its camera, and which of its pixels move.
 
 mod cloud_camera;
+mod computed;
 mod pinhole_fit;
 mod points_in_view;
 #[cfg(test)]
 mod tests;
 
+use std::any::Any;
 use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
@@ -16,6 +18,7 @@ use crate::{
     NO_COLOUR, PixelArea, RayTable, VoxelGrid, VoxelKey,
 };
 pub use cloud_camera::CloudCamera;
+use computed::Computed;
 pub use pinhole_fit::PinholeFitError;
 
 /// The depth image of a cycle and its camera, of the same size. Segmentation's evidence of free space and the map of the depth images are computed
@@ -29,6 +32,7 @@ pub struct DepthFrame {
     image: Arc<DepthImage>,
     rays: RayTable,
     colours: Option<Vec<[u8; 3]>>,
+    computed: Computed,
 }
 
 /// An image and a camera that are not of each other.
@@ -65,7 +69,7 @@ impl DepthFrame {
                 Arc::new(image.with_millimetres(pixels))
             }
         };
-        Self { image, rays, colours: None }
+        Self { image, rays, colours: None, computed: Computed::default() }
     }
 
     /// The same with the colour that each pixel shows, row by row: red, green, blue, or [`NO_COLOUR`](crate::NO_COLOUR).
@@ -140,6 +144,19 @@ impl DepthFrame {
     #[must_use]
     pub fn rays(&self) -> &RayTable {
         &self.rays
+    }
+
+    /// What another holder of the frame has computed of its depths and still keeps, if it is of this type: the nodes of one process
+    /// hold the same frame.
+    #[must_use]
+    pub fn computed<T: Any + Send + Sync>(&self) -> Option<Arc<T>> {
+        self.computed.get()
+    }
+
+    /// Lets other holders of the frame have what was computed of its depths, as long as it is kept: the frame does not keep it. What
+    /// was shared first stays.
+    pub fn share<T: Any + Send + Sync>(&self, computed: &Arc<T>) {
+        self.computed.share(computed);
     }
 
     /// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the

@@ -133,6 +133,8 @@ impl SurfaceMap {
         let may_be_new =
             |key| spill.is_none_or(|spill| !spill.tiles.is_in_store(spill.tile_of(key)));
         let update = self.surface.integrate_where(&self.view, &Serial, &may_be_new);
+        // Whoever has seen the image before shares what was computed of it, and uses that memory again.
+        self.view.clear();
         let added = self.add_refused();
         let in_map = missed.unwrap_or_default().cast::<f32>();
         let retracted_m: Vec<Point3<f32>> =

@@ -3,6 +3,8 @@
 mod remap;
 mod tiles;
 
+use std::sync::Arc;
+
 use geometry::{DepthFrame, MaskedDepth, NO_COLOUR, Stamp, UnusablePose};
 use multiversion::multiversion;
 use nalgebra::{Isometry3, Point3};
@@ -93,6 +95,21 @@ pub(crate) enum Kind {
     Spherical(Spherical),
 }
 
+/// The tiles of the depths of an image within a range.
+#[derive(Debug, Default)]
+pub(crate) struct RangedTiles {
+    range: DepthRange,
+    tiles: Tiles,
+}
+
+impl std::ops::Deref for RangedTiles {
+    type Target = Tiles;
+
+    fn deref(&self) -> &Tiles {
+        &self.tiles
+    }
+}
+
 /// One depth image, prepared. It is refilled for each image and keeps its memory; several layers with different voxel edges
 /// can be updated from one view.
 ///
@@ -108,7 +125,7 @@ pub struct DepthView {
     /// The depths, row by row; see above.
     pub(crate) depths_m: Vec<f32>,
     pub(crate) width_px: usize,
-    pub(crate) tiles: Tiles,
+    pub(crate) tiles: Arc<RangedTiles>,
     pub(crate) colour: Vec<[u8; 3]>,
     remap: Option<Remap>,
 }
@@ -137,18 +154,18 @@ impl DepthView {
             noise,
             depths_m: Vec::new(),
             width_px: 0,
-            tiles: Tiles::default(),
+            tiles: Arc::default(),
             colour: Vec::new(),
             remap: None,
         })
     }
 
-    /// Fills the view with a depth image.
+    /// Fills the view with a depth image. Its tiles are those of another view of the same frame and range, where there is one.
     ///
     /// # Errors
     /// When the pose is invalid.
     pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
-        self.clear();
+        self.empty();
         let DepthInput { frame, is_moving, has_colour, map_from_camera } = *input;
         geometry::check_pose(map_from_camera)?;
         let (image, camera) = (frame.image(), frame.camera());
@@ -159,12 +176,7 @@ impl DepthView {
         self.kind = Kind::Pinhole(Pinhole::of(camera));
         self.width_px = width_px;
         self.depths_m.resize(width_px * height_px, 0.0);
-        load(frame.depths_mm(), self.range, &mut self.depths_m);
-        if let Some(is_moving) = is_moving {
-            for (depth_m, &is_moving) in self.depths_m.iter_mut().zip(is_moving) {
-                *depth_m = if is_moving { -depth_m.abs() } else { *depth_m };
-            }
-        }
+        load(frame.depths_mm(), is_moving, self.range, &mut self.depths_m);
         self.colour.clear();
         self.colour.extend_from_slice(frame.colours().filter(|_| has_colour).unwrap_or_default());
         if !camera.distortion.is_none() {
@@ -176,7 +188,13 @@ impl DepthView {
             }
             self.remap = Some(remap);
         }
-        self.tiles.refill(&self.depths_m, width_px, height_px);
+        // They are of absolute depths, which what moves does not change.
+        let of_another = frame.computed::<RangedTiles>().filter(|of| of.range == self.range);
+        self.tiles = of_another.unwrap_or_else(|| {
+            let own = self.own_tiles(height_px);
+            frame.share(&own);
+            own
+        });
         Ok(())
     }
 
@@ -193,7 +211,7 @@ impl DepthView {
         model: &SphericalModel,
         map_from_sensor: &Isometry3<f64>,
     ) -> Result<(), ViewError> {
-        self.clear();
+        self.empty();
         model.validate()?;
         geometry::check_pose(map_from_sensor)?;
         let (mask_points, points) =
@@ -223,12 +241,25 @@ impl DepthView {
                 *kept_m = depth_m;
             }
         }
-        self.tiles.refill(&self.depths_m, model.columns, model.rows);
+        self.tiles = self.own_tiles(model.rows);
         Ok(())
     }
 
-    /// Empties it.
+    /// The tiles of its depths, in the memory of those before where no other view has these.
+    fn own_tiles(&mut self, height_px: usize) -> Arc<RangedTiles> {
+        let before = std::mem::take(&mut self.tiles);
+        let mut tiles = Arc::try_unwrap(before).unwrap_or_default().tiles;
+        tiles.refill(&self.depths_m, self.width_px, height_px);
+        Arc::new(RangedTiles { range: self.range, tiles })
+    }
+
+    /// Empties it, and lets its tiles go: a view that shares them can then use their memory again.
     pub fn clear(&mut self) {
+        self.empty();
+        self.tiles = Arc::default();
+    }
+
+    fn empty(&mut self) {
         self.depths_m.clear();
         self.width_px = 0;
     }
@@ -277,11 +308,18 @@ impl DepthView {
     }
 }
 
-/// Converts depths to metres, 0 where nothing was measured.
+/// Converts depths to metres, 0 where nothing was measured and negative where something moves.
 #[multiversion(targets("x86_64+avx2"))]
-fn load(depths_mm: &[u16], range: DepthRange, depths_m: &mut [f32]) {
-    for (depth_m, &depth_mm) in depths_m.iter_mut().zip(depths_mm) {
-        *depth_m = within(f32::from(depth_mm) / 1e3, range);
+fn load(depths_mm: &[u16], is_moving: Option<&[bool]>, range: DepthRange, depths_m: &mut [f32]) {
+    let loaded = depths_m.iter_mut().zip(depths_mm);
+    match is_moving {
+        None => loaded.for_each(|(depth_m, &depth_mm)| {
+            *depth_m = within(f32::from(depth_mm) / 1e3, range);
+        }),
+        Some(is_moving) => loaded.zip(is_moving).for_each(|((loaded_m, &depth_mm), &is_moving)| {
+            let depth_m = within(f32::from(depth_mm) / 1e3, range);
+            *loaded_m = if is_moving { -depth_m.abs() } else { depth_m };
+        }),
     }
 }
 

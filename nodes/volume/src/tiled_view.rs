@@ -40,7 +40,7 @@ impl TiledView {
     /// What an image saw.
     #[must_use]
     pub fn of(view: &DepthView) -> Self {
-        let tiles = &view.tiles;
+        let tiles = &**view.tiles;
         Self {
             stamp: view.stamp,
             kind: view.kind,

@@ -47,3 +47,17 @@ fn a_mask_of_another_size_than_the_image_is_refused() {
     let refused = MaskedDepth::new(frame, vec![true; 5]);
     assert_eq!(refused, Err(MaskSizeError { mask_pixels: 5, image_pixels: 6 }));
 }
+
+#[test]
+fn what_was_computed_of_a_frame_is_shared_while_it_is_kept() {
+    let image = image((3, 2), DepthPixels::Millimetres(vec![1000; 6]));
+    let frame = DepthFrame::new(image, camera()).unwrap();
+    assert_eq!(frame.computed::<u32>(), None);
+    let kept = Arc::new(7_u32);
+    frame.share(&kept);
+    frame.share(&Arc::new(8_u32));
+    assert!(frame.computed::<u32>().is_some_and(|shared| Arc::ptr_eq(&shared, &kept)));
+    assert_eq!(frame.computed::<u64>(), None, "another type");
+    drop(kept);
+    assert_eq!(frame.computed::<u32>(), None);
+}

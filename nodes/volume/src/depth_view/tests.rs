@@ -47,6 +47,51 @@ fn colours_are_those_of_the_image_where_they_are_wanted() {
     assert!(view.colour.is_empty());
 }
 
+/// Regression: two nodes of one process each computed the tiles of an image.
+#[test]
+fn views_of_one_frame_share_its_tiles_whatever_moves() {
+    let (camera, pose) = (testing::camera(64, 48), Isometry3::identity());
+    let depth_m = |pixel: usize| 0.3 + 0.1 * (pixel * 7919 % 61) as f32;
+    let frame = Arc::new(testing::frame(&camera, 0.0, (0..64 * 48).map(depth_m).collect()));
+    let masked =
+        MaskedDepth::new(Arc::clone(&frame), (0..64 * 48).map(|pixel| pixel % 3 == 0).collect());
+    let masked = masked.unwrap();
+    let (mut one, mut other) = (empty(), empty());
+    one.fill(&DepthInput::new(&frame, &pose)).unwrap();
+    other.fill(&DepthInput::masked(&masked, &pose)).unwrap();
+    assert!(Arc::ptr_eq(&one.tiles, &other.tiles));
+    let range = DepthRange { min_m: 0.5, max_m: 4.0 };
+    let mut nearer = DepthView::new(range, DepthNoise::default()).unwrap();
+    nearer.fill(&DepthInput::new(&frame, &pose)).unwrap();
+    assert!(!Arc::ptr_eq(&one.tiles, &nearer.tiles));
+    assert!(one.farthest_m() == 5.0 && nearer.farthest_m() == 4.0);
+
+    // Nobody has them any more: the same again.
+    let tile = |view: &DepthView| view.tiles.span([3, 40], [5, 30]);
+    let before = tile(&one);
+    one.clear();
+    other.clear();
+    assert!(frame.computed::<RangedTiles>().is_none());
+    other.fill(&DepthInput::masked(&masked, &pose)).unwrap();
+    assert_eq!(tile(&other), before);
+}
+
+/// No allocation in the steady state.
+#[test]
+fn tiles_that_are_shared_no_more_are_filled_again() {
+    let (camera, pose) = (testing::camera(64, 48), Isometry3::identity());
+    let (mut one, mut other) = (empty(), empty());
+    let mut places = Vec::new();
+    for cycle in 0..3 {
+        let frame = testing::frame(&camera, 0.0, vec![1.0 + 0.1 * cycle as f32; 64 * 48]);
+        one.fill(&DepthInput::new(&frame, &pose)).unwrap();
+        places.push(one.tiles.most_m().as_ptr());
+        other.fill(&DepthInput::new(&frame, &pose)).unwrap();
+        other.clear();
+    }
+    assert!(places.iter().all(|place| *place == places[0]));
+}
+
 #[test]
 fn a_lens_is_taken_out_of_the_image() {
     let distortion = Distortion::PlumbBob([-0.2, 0.05, 0.001, -0.001, 0.0]);
