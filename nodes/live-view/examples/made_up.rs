@@ -23,6 +23,7 @@ use node_shell::{Host, Node, NodeFailure, Qos, RosArguments, Transport, descript
 /// Markup that takes the title of a page whose script takes it for its own.
 const MARKUP: &str =
     "\"><img src=x onerror=\"document.title='taken'\"><script>document.title='taken'</script>";
+const LONG: usize = 10_000;
 const PERIOD: Duration = Duration::from_millis(100);
 /// The wall is so high, and grows by a column each period until it is so long.
 const HEIGHT_VOXELS: usize = 40;
@@ -215,13 +216,14 @@ fn track(cycle: &SegmentedCycle) -> Track {
     }
 }
 
-/// A node whose names are markup.
+/// A node whose names are markup, and long.
 fn hostile() -> DiagnosticArray {
+    let long = format!("{MARKUP}{}", "x".repeat(LONG));
     let status = DiagnosticStatus {
         level: DiagnosticStatus::WARN,
         name: MARKUP.to_owned(),
-        message: MARKUP.to_owned(),
-        values: vec![KeyValue { key: MARKUP.to_owned(), value: MARKUP.to_owned() }],
+        message: long.clone(),
+        values: vec![KeyValue { key: MARKUP.to_owned(), value: long }],
         ..DiagnosticStatus::default()
     };
     DiagnosticArray { status: vec![status], ..DiagnosticArray::default() }

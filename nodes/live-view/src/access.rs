@@ -113,6 +113,56 @@ impl Access {
     }
 }
 
+/// The sites of viewers that speak Foxglove's protocol. Their programs for the desktop may have others, or none.
+const VIEWER_SITES: [&str; 2] = ["https://app.foxglove.dev", "https://studio.foxglove.dev"];
+
+/// Who may connect a viewer of another maker, whose page is not ours.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ViewerAccess {
+    /// Whether only this machine reaches the server.
+    pub is_local: bool,
+    /// What lets every viewer in.
+    pub token: Token,
+}
+
+impl ViewerAccess {
+    /// Who may connect to a server on `address`.
+    #[must_use]
+    pub fn on(address: IpAddr, random: [u8; TOKEN_BYTES]) -> Self {
+        Self { is_local: address.is_loopback(), token: Token::of(random) }
+    }
+
+    /// Whether a viewer may connect: with the token, and on this machine programs, pages of this machine and of the viewers' makers without.
+    ///
+    /// # Errors
+    /// When it may not.
+    pub fn check(
+        &self,
+        host: Option<&str>,
+        origin: Option<&str>,
+        token: Option<&str>,
+    ) -> Result<(), Refusal> {
+        if token.is_some_and(|token| self.token.is(token)) {
+            return Ok(());
+        }
+        if !self.is_local {
+            return Err(Refusal::Token);
+        }
+        if !host.is_some_and(is_loopback_name) {
+            return Err(Refusal::Host);
+        }
+        let is_own = |origin: &str| {
+            let site = origin.strip_prefix("http://").or_else(|| origin.strip_prefix("https://"));
+            site.is_some_and(is_loopback_name)
+        };
+        match origin {
+            None => Ok(()),
+            Some(origin) if VIEWER_SITES.contains(&origin) || is_own(origin) => Ok(()),
+            Some(_) => Err(Refusal::Origin),
+        }
+    }
+}
+
 /// Whether a `Host` header names this machine, whatever the port: it may be forwarded.
 fn is_loopback_name(host: &str) -> bool {
     LOOPBACK_NAMES.iter().any(|name| {
@@ -167,6 +217,27 @@ mod tests {
             );
         }
         assert_eq!(access.check_data(host, None, None), Err(Refusal::Origin));
+    }
+
+    #[test]
+    fn a_viewer_of_another_maker_is_let_in_here_or_with_the_token() {
+        let here = ViewerAccess::on([127, 0, 0, 1].into(), [5; 16]);
+        let host = Some("localhost:8765");
+        for origin in [None, Some("https://app.foxglove.dev"), Some("http://localhost:8080")] {
+            assert_eq!(here.check(host, origin, None), Ok(()), "{origin:?}");
+        }
+        for origin in
+            ["http://evil.example", "null", "file://", "https://app.foxglove.dev.evil.example"]
+        {
+            assert_eq!(here.check(host, Some(origin), None), Err(Refusal::Origin), "{origin}");
+            assert_eq!(here.check(host, Some(origin), Some(here.token.text())), Ok(()));
+        }
+        let rebound = Some("evil.example:8765");
+        assert_eq!(here.check(rebound, None, None), Err(Refusal::Host));
+        let everywhere = ViewerAccess::on([0, 0, 0, 0].into(), [5; 16]);
+        assert_eq!(everywhere.check(host, None, None), Err(Refusal::Token));
+        assert_eq!(everywhere.check(host, None, Some("5")), Err(Refusal::Token));
+        assert_eq!(everywhere.check(Some("robot"), None, Some(everywhere.token.text())), Ok(()));
     }
 
     #[test]

@@ -11,6 +11,7 @@ extern crate self as live_view;
 
 mod access;
 mod browser;
+pub mod foxglove;
 mod map;
 pub mod message;
 mod moment;
@@ -20,7 +21,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 
-pub use access::{Access, Refusal, Token};
+pub use access::{Access, Refusal, Token, ViewerAccess};
 pub use browser::Browser;
 pub use map::{BLOCK_EDGE_VOXELS, BlockKey, LiveMap, PlacedPoint, TILE_EDGE_BLOCKS};
 pub use moment::{Moment, of_moment};

@@ -1,13 +1,15 @@
 //! The node `live_view` with its server: the topics of the suite in, a page for browsers out.
 //!
 //! The node and its server have a thread of their own, with a runtime of its own: the other nodes of the process share no task with
-//! them. While no browser looks, nothing is subscribed to and nothing is made. What a browser asks for (a map to be saved, a parameter to
+//! them. While nobody looks, nothing is subscribed to and nothing is made. What a browser asks for (a map to be saved, a parameter to
 //! be set) goes to the services of the nodes as it would from any ROS 2 client.
 
 mod browsers;
 mod commands;
 mod connection;
 mod feed;
+mod foxglove;
+mod own_thread;
 mod server;
 mod shared;
 mod status;
@@ -17,10 +19,12 @@ use std::sync::Arc;
 
 use msgs::rcl_interfaces::ParameterDescriptor;
 use node_shell::{Node, NodeFailure};
-use tokio::sync::oneshot;
 
+use self::own_thread::{OwnServer, on_own_thread};
+use self::shared::Shared;
 use crate::Access;
-use shared::Shared;
+
+pub use self::foxglove::{FOXGLOVE_ADDRESS, FOXGLOVE_NODE, FoxgloveServer};
 
 /// The name of the node.
 pub const NODE: &str = "live_view";
@@ -50,7 +54,7 @@ pub enum GraphOf {
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The address cannot be listened on.
-    #[error("cannot serve the live view on {address}: {source}")]
+    #[error("cannot serve viewers on {address}: {source}")]
     Listen {
         /// The address.
         address: SocketAddr,
@@ -58,7 +62,7 @@ pub enum ViewError {
         source: std::io::Error,
     },
     /// The system gives no random bytes for the token.
-    #[error("there are no random bytes for the token of the live view: {0}")]
+    #[error("there are no random bytes for the token of viewers: {0}")]
     Random(getrandom::Error),
 }
 
@@ -75,12 +79,7 @@ impl LiveView {
     /// # Errors
     /// When the address cannot be listened on.
     pub fn bind(address: SocketAddr) -> Result<Self, ViewError> {
-        let failed = |source| ViewError::Listen { address, source };
-        let listener = std::net::TcpListener::bind(address).map_err(failed)?;
-        listener.set_nonblocking(true).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
-        let mut random = [0; 16];
-        getrandom::fill(&mut random).map_err(ViewError::Random)?;
+        let OwnServer { listener, address, random } = OwnServer::bind(address)?;
         Ok(Self { listener, address, access: Access::on(address.ip(), random) })
     }
 
@@ -103,46 +102,23 @@ impl LiveView {
         graph: GraphOf,
         nodes: Vec<ShownNode>,
     ) -> Result<(), NodeFailure> {
-        let (sender, ended) = oneshot::channel();
-        let span = tracing::Span::current();
-        std::thread::Builder::new().name("live-view".to_owned()).spawn(move || {
-            let _named = span.entered();
-            // The process may have ended meanwhile.
-            let _ = sender.send(self.serve_here(node, graph, nodes));
-        })?;
-        let (node, result) = ended.await?;
-        if let Some(node) = node {
-            node.close().await;
-        }
-        result
-    }
-
-    fn serve_here(
-        self,
-        node: Node,
-        graph: GraphOf,
-        nodes: Vec<ShownNode>,
-    ) -> (Option<Node>, Result<(), NodeFailure>) {
-        let node = Arc::new(node);
-        let result = self.run(Arc::clone(&node), graph, nodes);
-        // The tasks have ended with their runtime, and with them all that held the node.
-        (Arc::into_inner(node), result)
+        on_own_thread(NODE, node, move |node| self.run(node, graph, nodes)).await
     }
 
     fn run(
         self,
-        node: Arc<Node>,
+        node: &Arc<Node>,
         graph: GraphOf,
         nodes: Vec<ShownNode>,
     ) -> Result<(), NodeFailure> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let shared = Arc::new(Shared::new(self.access, Arc::clone(&node), nodes)?);
+        let shared = Arc::new(Shared::new(self.access, Arc::clone(node), nodes)?);
         let shutdown = node.shutdown_signal();
         runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
             tokio::select! {
                 served = server::serve(listener, Arc::clone(&shared)) => served,
-                fed = feed::feed(&node, graph, &shared) => fed,
+                fed = feed::feed(node, graph, &shared) => fed,
                 () = shutdown.wait() => Ok(()),
             }
         })

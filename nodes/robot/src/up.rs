@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
-use live_view::shell::{GraphOf, LiveView};
+use live_view::shell::{FoxgloveServer, GraphOf, LiveView};
 use node_shell::arguments::ParameterSource;
 use node_shell::parameters::{self, ParameterError};
 use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
@@ -26,6 +26,7 @@ use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
 use crate::run::parameters::{check_agreement, check_map_edge};
 use crate::up::status::Status;
+use crate::view::FoxgloveArgs;
 use crate::{lidar, view, visual};
 
 /// Arguments of `stillmap up`.
@@ -54,6 +55,8 @@ pub struct UpArgs {
         default_missing_value = live_view::shell::DEFAULT_ADDRESS
     )]
     view: Option<SocketAddr>,
+    #[command(flatten)]
+    foxglove: FoxgloveArgs,
     /// Find topics, pose and mounts in the live graph, and print the command for them
     #[arg(long, conflicts_with = "pose")]
     detect: bool,
@@ -71,7 +74,9 @@ impl UpArgs {
         let rig = (self.rig != PRESETS[0].name).then(|| ["--rig".to_owned(), self.rig.clone()]);
         let edge = self.map_edge.map(|edge_m| ["--map-edge".to_owned(), edge_m.to_string()]);
         let view = self.view.map(|address| ["--view".to_owned(), address.to_string()]);
-        rig.into_iter().chain(edge).chain(view).flatten().collect()
+        let foxglove = self.foxglove.foxglove;
+        let foxglove = foxglove.map(|address| ["--foxglove".to_owned(), address.to_string()]);
+        rig.into_iter().chain(edge).chain(view).chain(foxglove).flatten().collect()
     }
 }
 
@@ -128,8 +133,8 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
-        let view = args.view.map(view::listen).transpose()?;
-        let nodes = Nodes::start(&arguments, args.pose, view)
+        let viewers = (args.view.map(view::listen).transpose()?, args.foxglove.listen()?);
+        let nodes = Nodes::start(&arguments, args.pose, viewers)
             .map_err(|error| Failure::new(error.to_string()))?;
         check_agreement(
             &nodes.detection.1.config.pipeline,
@@ -218,6 +223,7 @@ struct Nodes {
     reconstruction: (Node, ReconstructionParameters),
     odometry: Option<Odometry>,
     view: Option<(Node, LiveView)>,
+    foxglove: Option<(Node, FoxgloveServer)>,
 }
 
 /// The node that publishes the pose.
@@ -230,7 +236,7 @@ impl Nodes {
     fn start(
         arguments: &RosArguments,
         pose: Option<PoseNode>,
-        view: Option<LiveView>,
+        (view, foxglove): (Option<LiveView>, Option<FoxgloveServer>),
     ) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?;
         let known = known_names()?;
@@ -259,14 +265,20 @@ impl Nodes {
                 }
             })
         };
+        // They have no parameters of their own.
+        let viewer =
+            |name: &str| host.node(name, &for_one(arguments, &BTreeSet::new(), &known.all));
         let view = view.map(|view| {
             let _named = tracing::error_span!("live_view").entered();
-            let own = BTreeSet::new();
-            let node = host.node(live_view::shell::NODE, &for_one(arguments, &own, &known.all))?;
-            Ok::<_, ShellError>((node, view))
+            Ok::<_, ShellError>((viewer(live_view::shell::NODE)?, view))
+        });
+        let foxglove = foxglove.map(|server| {
+            let _named = tracing::error_span!("foxglove").entered();
+            Ok::<_, ShellError>((viewer(live_view::shell::FOXGLOVE_NODE)?, server))
         });
         Ok(Self {
             view: view.transpose()?,
+            foxglove: foxglove.transpose()?,
             odometry: pose.map(odometry).transpose()?,
             shutdown: host.shutdown_signal(),
             detection: with_parameters(detection)?,
@@ -322,6 +334,15 @@ impl Nodes {
             })
         });
 
+        let foxglove = self.foxglove.map(|(node, server)| {
+            tokio::spawn(async {
+                let served = view::serve_foxglove(server, node, GraphOf::ThisProcess);
+                if let Err(reason) = served.await {
+                    tracing::error!("the server for Foxglove has ended: {reason}");
+                }
+            })
+        });
+
         match self.odometry {
             Some(Odometry::Visual(node, parameters)) => {
                 let serve = async move {
@@ -350,8 +371,8 @@ impl Nodes {
             }
         }
         let _ended = status.await;
-        if let Some(view) = view {
-            let _ended = view.await;
+        for viewer in [view, foxglove].into_iter().flatten() {
+            let _ended = viewer.await;
         }
         let failure = failure.or_else(|| self.shutdown.failure().map(Failure::new));
         failure.map_or(Ok(Outcome::Complete), Err)

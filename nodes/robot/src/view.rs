@@ -5,7 +5,10 @@ use std::net::SocketAddr;
 use clap::Args;
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
-use live_view::shell::{DEFAULT_ADDRESS, GraphOf, LiveView, NODE, ShownNode};
+use live_view::shell::{
+    DEFAULT_ADDRESS, FOXGLOVE_ADDRESS, FOXGLOVE_NODE, FoxgloveServer, GraphOf, LiveView, NODE,
+    ShownNode, ViewError,
+};
 use node_shell::parameters::{NodeParameters, ParameterError};
 use node_shell::{Host, Node, RosArguments, Transport, descriptors, log};
 use pose::shell::PoseParameters;
@@ -29,6 +32,25 @@ pub struct ViewArgs {
     /// Where the page is served; port 0 is a free one
     #[arg(value_name = "ADDRESS:PORT", default_value = DEFAULT_ADDRESS)]
     address: SocketAddr,
+    #[command(flatten)]
+    foxglove: FoxgloveArgs,
+}
+
+/// Where viewers of another maker connect.
+#[derive(Args, Debug)]
+pub(crate) struct FoxgloveArgs {
+    /// Let Foxglove, or what speaks its websocket protocol, connect: at this address, or from this machine alone; port 0 is a free one
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = FOXGLOVE_ADDRESS)]
+    pub(crate) foxglove: Option<SocketAddr>,
+}
+
+impl FoxgloveArgs {
+    /// Listens, where that is asked for.
+    pub(crate) fn listen(&self) -> Result<Option<FoxgloveServer>, Failure> {
+        self.foxglove
+            .map(|address| FoxgloveServer::bind(address).map_err(cannot_listen))
+            .transpose()
+    }
 }
 
 pub(crate) fn run(args: &ViewArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
@@ -41,14 +63,25 @@ pub(crate) fn run(args: &ViewArgs, ros: &RosArguments) -> Result<Outcome, Failur
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
         let view = listen(args.address)?;
+        let foxglove = args.foxglove.listen()?;
         let transport = Transport::from_environment().map_err(|error| failed(&error))?;
         let host = Host::on(transport).map_err(|error| failed(&error))?;
         let node = host.node(NODE, ros).map_err(|error| failed(&error))?;
         let shown = shown_nodes(true, true)?;
         announce(&view);
-        serve(view, node, GraphOf::OtherProcesses, shown)
-            .await
-            .map_err(|reason| Failure::new(format!("{NODE}: {reason}")))?;
+        let viewers = async {
+            let Some(server) = foxglove else { return Ok(()) };
+            let node = host.node(FOXGLOVE_NODE, ros).map_err(|error| failed(&error))?;
+            serve_foxglove(server, node, GraphOf::OtherProcesses)
+                .await
+                .map_err(|reason| Failure::new(format!("{FOXGLOVE_NODE}: {reason}")))
+        };
+        let page = async {
+            serve(view, node, GraphOf::OtherProcesses, shown)
+                .await
+                .map_err(|reason| Failure::new(format!("{NODE}: {reason}")))
+        };
+        tokio::try_join!(page, viewers)?;
         host.shutdown_signal()
             .failure()
             .map_or(Ok(Outcome::Complete), |reason| Err(Failure::new(reason)))
@@ -57,9 +90,11 @@ pub(crate) fn run(args: &ViewArgs, ros: &RosArguments) -> Result<Outcome, Failur
 
 /// Listens on an address.
 pub(crate) fn listen(address: SocketAddr) -> Result<LiveView, Failure> {
-    LiveView::bind(address).map_err(|error| {
-        Failure::new(error.to_string()).fix("choose another address or port; port 0 is a free one")
-    })
+    LiveView::bind(address).map_err(cannot_listen)
+}
+
+fn cannot_listen(error: ViewError) -> Failure {
+    Failure::new(error.to_string()).fix("choose another address or port; port 0 is a free one")
 }
 
 /// Says where the page is.
@@ -75,6 +110,17 @@ pub(crate) async fn serve(
     shown: Vec<ShownNode>,
 ) -> Result<(), String> {
     let served = view.serve(node, graph, shown).instrument(tracing::error_span!("live_view"));
+    served.await.map_err(|error| error.to_string())
+}
+
+/// Says where viewers connect, and serves them until the process is to end; else the reason.
+pub(crate) async fn serve_foxglove(
+    server: FoxgloveServer,
+    node: Node,
+    graph: GraphOf,
+) -> Result<(), String> {
+    console::note(format!("foxglove: {}", server.url()));
+    let served = server.serve(node, graph).instrument(tracing::error_span!("foxglove"));
     served.await.map_err(|error| error.to_string())
 }
 

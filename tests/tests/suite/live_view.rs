@@ -4,8 +4,6 @@
 mod decoded;
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use futures::{SinkExt, StreamExt};
@@ -14,7 +12,6 @@ use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use nalgebra::Point3;
 use node_shell::{Node, Qos, RosArguments};
-use rustix::process::{Pid, Signal, kill_process};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::timeout;
@@ -33,7 +30,7 @@ const SILENCE: Duration = Duration::from_secs(3);
 
 /// A program that serves a page.
 struct Served {
-    child: Child,
+    program: Running,
     /// As it was printed, without `http://`.
     address: String,
     /// What follows the address of the page: the token, where there is one.
@@ -42,25 +39,10 @@ struct Served {
 
 impl Served {
     fn start(arguments: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-        let url = lines
-            .by_ref()
-            .find_map(|line| {
-                line.unwrap().split_once("live view: http://").map(|(_, url)| url.to_owned())
-            })
-            .unwrap();
-        // The log goes on.
-        std::thread::spawn(move || lines.for_each(drop));
+        let (program, url) = Running::start_and_hear(arguments, "live view: http://");
         let (address, query) = url.split_once('/').unwrap();
         let address = address.replace("0.0.0.0", "127.0.0.1");
-        Self { child, address, query: query.to_owned() }
+        Self { program, address, query: query.to_owned() }
     }
 
     /// The status line of the answer to a request for the data.
@@ -85,21 +67,6 @@ impl Served {
         let origin = format!("http://{}", self.address);
         request.headers_mut().insert("Origin", origin.parse().unwrap());
         tokio_tungstenite::client_async(request, stream).await.unwrap().0
-    }
-
-    /// Ends it as Ctrl-C does.
-    fn interrupt(mut self) -> bool {
-        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, Signal::INT).unwrap();
-        self.child.wait().unwrap().success()
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 
@@ -177,7 +144,7 @@ async fn a_browser_gets_the_map_that_the_topic_has() {
     .await;
     drop((socket, maps));
     node.close().await;
-    assert!(served.interrupt());
+    assert!(served.program.interrupt());
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -190,7 +157,7 @@ async fn who_has_no_business_with_the_data_is_refused() {
     assert_eq!(here.status("evil.example", Some("http://evil.example"), "").await, REFUSED);
     assert_eq!(here.status(&here.address, Some("http://evil.example"), "").await, REFUSED);
     assert_eq!(here.status(&here.address, None, "").await, REFUSED);
-    assert!(here.interrupt());
+    assert!(here.program.interrupt());
 
     let everywhere = Served::start(&["view", "0.0.0.0:0"]);
     assert!(everywhere.query.starts_with("?token="), "{}", everywhere.query);
@@ -202,5 +169,5 @@ async fn who_has_no_business_with_the_data_is_refused() {
     }
     assert_eq!(everywhere.status(&address, Some("http://evil.example"), &query).await, REFUSED);
     let _looking = everywhere.look().await;
-    assert!(everywhere.interrupt(), "a browser does not keep it");
+    assert!(everywhere.program.interrupt(), "a browser does not keep it");
 }

@@ -42,6 +42,7 @@ mod drawings;
 mod ending;
 mod filtered;
 mod foreign;
+mod foxglove;
 mod killed_nodes;
 mod live_view;
 mod logs;

@@ -182,7 +182,9 @@ fn topics_in<'a>(value: &'a Value, found: &mut Vec<&'a str>) {
             for (name, member) in members {
                 match (name.as_str(), member) {
                     // RViz.
-                    ("Topic", Value::Object(topic)) => found.extend(topic["Value"].as_str()),
+                    ("Topic" | "Update Topic", Value::Object(topic)) => {
+                        found.extend(topic["Value"].as_str())
+                    }
                     // Foxglove.
                     ("topics", Value::Object(topics)) => {
                         found.extend(topics.keys().map(String::as_str))

@@ -1,6 +1,7 @@
 //! The program under test as a process.
 
 use std::ffi::OsStr;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 
@@ -91,6 +92,23 @@ impl Running {
         let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
         let domain_id = domain_id.to_string();
         Self::spawn(program.args(arguments).env("ROS_DOMAIN_ID", domain_id).current_dir(folder))
+    }
+
+    /// Starts it and waits until it prints a line on stderr with `before`: what follows there is the other result.
+    pub(crate) fn start_and_hear<A: AsRef<OsStr>>(
+        arguments: impl IntoIterator<Item = A>,
+        before: &str,
+    ) -> (Self, String) {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        let mut running = Self::spawn(program.args(arguments).stderr(Stdio::piped()));
+        let mut lines = BufReader::new(running.child.stderr.take().unwrap()).lines();
+        let told = |line: std::io::Result<String>| {
+            line.unwrap().split_once(before).map(|(_, said)| said.to_owned())
+        };
+        let said = lines.by_ref().find_map(told).unwrap();
+        // The log goes on.
+        std::thread::spawn(move || lines.for_each(drop));
+        (running, said)
     }
 
     fn spawn(program: &mut Command) -> Self {

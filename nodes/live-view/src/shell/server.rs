@@ -92,11 +92,11 @@ fn with_headers(response: impl IntoResponse) -> Response {
     (headers, response).into_response()
 }
 
-fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
+pub(super) fn text(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
     headers.get(name)?.to_str().ok()
 }
 
 /// The token in the address.
-fn token(uri: &Uri) -> Option<&str> {
+pub(super) fn token(uri: &Uri) -> Option<&str> {
     uri.query()?.split('&').find_map(|pair| pair.strip_prefix("token="))
 }
