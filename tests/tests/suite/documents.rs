@@ -1,8 +1,11 @@
-//! What the Markdown pages of the repository say exists: links, headings, paths, and commands that the programs can
-//! read.
+//! What the Markdown pages of the repository say exists: links, headings, paths, commands that the programs can read; those of `docs/` run,
+//! and the book has each page.
 
+mod book;
 mod commands;
+mod examples;
 mod page;
+mod runs;
 
 use std::path::{Path, PathBuf};
 
@@ -92,7 +95,8 @@ fn paths_in_the_text_exist() {
     let mut missing = Vec::new();
     // The changelog names files that have gone since.
     for page in pages().iter().filter(|page| page.name() != "CHANGELOG.md") {
-        let code = page.spans.iter().chain(page.blocks.iter());
+        let blocks = page.blocks.iter().map(|block| &block.text);
+        let code = page.spans.iter().chain(blocks);
         for word in code.flat_map(|text| text.split_whitespace()) {
             let word = word.trim_end_matches([',', '.', ':', ';', ')']).trim_start_matches('(');
             // Of a pattern, the folder that it begins with.
@@ -119,7 +123,7 @@ fn commands_can_be_read() {
     let mut unreadable = Vec::new();
     let mut count = 0;
     for page in pages() {
-        let lines = page.blocks.iter().flat_map(|block| commands::lines(block));
+        let lines = page.blocks.iter().flat_map(|block| commands::lines(&block.text));
         let mentions = page.spans.iter().flat_map(|span| span.split("; "));
         let checked = lines
             .map(|line| (commands::check(&line), line))

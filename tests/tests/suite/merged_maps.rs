@@ -1,5 +1,7 @@
 //! Two saved maps become one, by the program.
 
+use std::path::Path;
+
 use geometry::ply;
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde_json::Value;
@@ -37,6 +39,20 @@ fn room(cupboard_m: f64) -> Vec<Point3<f64>> {
     ])
 }
 
+fn second_from_first() -> Isometry3<f64> {
+    Isometry3::new(Vector3::new(5.0, -3.0, 1.0), Vector3::z() * 1.3)
+}
+
+/// Two maps of the room, as of two days: `monday.ply`, and `tuesday.ply` from another origin and with the cupboard elsewhere.
+pub(crate) fn write_two_days(folder: &Path) {
+    let days =
+        [("monday.ply", 1.0, Isometry3::identity()), ("tuesday.ply", 3.6, second_from_first())];
+    for (name, cupboard_m, pose) in days {
+        let points = room(cupboard_m).into_iter().map(|point| (pose * point).cast());
+        std::fs::write(folder.join(name), ply::encode(&points.collect::<Vec<_>>())).unwrap();
+    }
+}
+
 #[test]
 fn two_maps_of_a_room_become_one_and_another_room_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -45,9 +61,8 @@ fn two_maps_of_a_room_become_one_and_another_room_is_refused() {
         let points_m: Vec<Point3<f32>> = points.iter().map(|point| (pose * point).cast()).collect();
         std::fs::write(path(name), ply::encode(&points_m)).unwrap();
     };
-    let there = Isometry3::new(Vector3::new(5.0, -3.0, 1.0), Vector3::z() * 1.3);
-    write("a.ply", &room(1.0), &Isometry3::identity());
-    write("b.ply", &room(3.6), &there);
+    write_two_days(folder.path());
+    let there = second_from_first();
     let hall = points(&[
         [[0.0; 3], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]],
         [[0.0; 3], [9.0, 0.0, 0.0], [0.0, 0.0, 3.0]],
@@ -55,7 +70,8 @@ fn two_maps_of_a_room_become_one_and_another_room_is_refused() {
     ]);
     write("hall.ply", &hall, &there);
     let (out, changed) = (path("c.ply"), path("changed.ply"));
-    let arguments = ["merge", &path("a.ply"), &path("b.ply"), "-o", &out, "--changes", &changed];
+    let arguments =
+        ["merge", &path("monday.ply"), &path("tuesday.ply"), "-o", &out, "--changes", &changed];
     let report: Value =
         serde_json::from_str(&succeed(arguments.iter().chain(&["--json"]))).unwrap();
     let found = |name: &str| report["second_in_first"][name].as_f64().unwrap();
@@ -76,7 +92,7 @@ fn two_maps_of_a_room_become_one_and_another_room_is_refused() {
         String::from_utf8(output.stderr).unwrap()
     };
     assert!(refused(&arguments).contains("--overwrite"));
-    let other = ["merge", &path("a.ply"), &path("hall.ply"), "-o", &path("d.ply")];
+    let other = ["merge", &path("monday.ply"), &path("hall.ply"), "-o", &path("d.ply")];
     let said = refused(&other);
     assert!(said.contains("do not fit") && said.contains("m2"), "{said}");
     assert!(!folder.path().join("d.ply").exists());

@@ -14,7 +14,17 @@ pub(super) struct Page {
     /// Code within the text.
     pub(super) spans: Vec<String>,
     /// Blocks of code in no language or a shell's.
-    pub(super) blocks: Vec<String>,
+    pub(super) blocks: Vec<Block>,
+    /// Blocks of code in Rust.
+    pub(super) rust: Vec<String>,
+}
+
+/// A block of commands.
+#[derive(Default)]
+pub(super) struct Block {
+    pub(super) text: String,
+    /// What stands behind the language at its head.
+    pub(super) mark: String,
 }
 
 impl Page {
@@ -26,9 +36,10 @@ impl Page {
             headings: Vec::new(),
             spans: Vec::new(),
             blocks: Vec::new(),
+            rust: Vec::new(),
         };
         let mut heading: Option<String> = None;
-        let mut block: Option<String> = None;
+        let mut block: Option<(String, Block)> = None;
         for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
             match event {
                 Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
@@ -43,14 +54,22 @@ impl Page {
                         taken => format!("{anchor}-{taken}"),
                     });
                 }
-                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language)))
-                    if matches!(&*language, "" | "sh" | "bash") =>
-                {
-                    block = Some(String::new());
+                Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(head))) => {
+                    let (language, mark) = head.split_once(' ').unwrap_or((&head, ""));
+                    let mark = mark.trim().to_owned();
+                    block = Some((language.to_owned(), Block { mark, ..Block::default() }));
                 }
-                Event::End(TagEnd::CodeBlock) => page.blocks.extend(block.take()),
+                Event::End(TagEnd::CodeBlock) => match block.take() {
+                    Some((language, block)) if matches!(&*language, "" | "sh" | "bash") => {
+                        page.blocks.push(block);
+                    }
+                    Some((language, block)) if language == "rust" => page.rust.push(block.text),
+                    _ => {}
+                },
                 Event::Text(text) => match (&mut heading, &mut block) {
-                    (Some(into), _) | (None, Some(into)) => into.push_str(&text),
+                    (Some(into), _) | (None, Some((_, Block { text: into, .. }))) => {
+                        into.push_str(&text);
+                    }
                     (None, None) => {}
                 },
                 Event::Code(code) => {
