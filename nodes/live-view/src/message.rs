@@ -2,7 +2,7 @@
 //!
 //! The first byte is the kind, the second whether the rest is compressed (deflate, RFC 1951). Numbers are little-endian.
 
-use report::payload::{Effort, deflated, drawn_colour, push_differences_8, push_differences_16};
+use report::payload::{Effort, deflated, drawn_colour, push_colours, push_differences_16};
 
 use crate::map::{BlockKey, LiveMap, PlacedPoint, TILE_EDGE_BLOCKS};
 
@@ -69,7 +69,7 @@ fn push_points(
     for axis in 0..3 {
         push_differences_16(body, points.clone().map(|point| point.steps[axis]));
     }
-    for part in 0..if has_colours { 3 } else { 0 } {
-        push_differences_8(body, points.clone().map(|point| drawn_colour(point.colour)[part]));
+    if has_colours {
+        push_colours(body, points.map(|point| drawn_colour(point.colour)));
     }
 }

@@ -3,10 +3,10 @@
 use maud::{PreEscaped, html};
 use serde_json::json;
 
+use crate::RANGE_STEP_M;
 use crate::html_document::document;
-use crate::payload::{HEIGHT_COLOURS, json_in_script};
+use crate::payload::{self, HEIGHT_COLOURS, json_in_script};
 use crate::scene;
-use crate::{CLOUD_STEP_M, RANGE_STEP_M};
 
 /// The style of what only this page has.
 const STYLE: &str = include_str!("../page/live.css");
@@ -27,7 +27,7 @@ fn policy_in_page() -> String {
 #[must_use]
 pub fn live_page_html() -> String {
     let header = json!({
-        "height_colours": HEIGHT_COLOURS, "range_step_m": RANGE_STEP_M, "cloud_step_m": CLOUD_STEP_M,
+        "height_colours": HEIGHT_COLOURS, "range_step_m": RANGE_STEP_M, "cloud_step_m": payload::CLOUD_STEP_M,
     });
     let body = html! {
         header.live-head {

@@ -12,7 +12,7 @@ use geometry::{DynamicZone, ZoneSource};
 use nalgebra::{Isometry3, Point2};
 use serde_json::{Value, json};
 
-pub use planes::{push_differences_8, push_differences_16, push_varint};
+pub use planes::{push_colours, push_differences_16, push_image_8, push_varint};
 
 use crate::{RigCamera, ScanView, SmallDepth};
 
@@ -59,13 +59,18 @@ pub fn push_scan(bytes: &mut Vec<u8>, scan: Option<&ScanView>) {
     push_differences_16(bytes, scan.ranges.iter().copied().take(beams));
 }
 
-/// Appends the static points of a cloud, and then those that move, in steps of [`CLOUD_STEP_M`](crate::CLOUD_STEP_M).
+/// Steps of a kept cloud that are one in the bytes: a tenth of a voxel, as of the map's points.
+const CLOUD_STEPS: i16 = 2;
+/// A step of a cloud in the bytes.
+pub const CLOUD_STEP_M: f32 = CLOUD_STEPS as f32 * crate::CLOUD_STEP_M;
+
+/// Appends the static points of a cloud, and then those that move, in steps of [`CLOUD_STEP_M`].
 pub fn push_cloud(bytes: &mut Vec<u8>, fixed: &[[i16; 3]], moving: &[[i16; 3]]) {
     bytes.extend(((fixed.len() + moving.len()) as u32).to_le_bytes());
     bytes.extend((moving.len() as u32).to_le_bytes());
     for axis in 0..3 {
         let points = fixed.iter().chain(moving);
-        push_differences_16(bytes, points.map(|steps| steps[axis].cast_unsigned()));
+        push_differences_16(bytes, points.map(|steps| (steps[axis] / CLOUD_STEPS).cast_unsigned()));
     }
 }
 
@@ -81,7 +86,8 @@ pub fn push_depth(
     };
     bytes.extend((depth.columns as u16).to_le_bytes());
     bytes.extend((depth.rows as u16).to_le_bytes());
-    push_differences_8(bytes, depth.depths_mm.iter().map(|depth_mm| depth_code(*depth_mm)));
+    let codes: Vec<u8> = depth.depths_mm.iter().map(|depth_mm| depth_code(*depth_mm)).collect();
+    push_image_8(bytes, depth.columns, &codes);
     let mut bits = vec![0_u8; depth.depths_mm.len().div_ceil(8)];
     for pixel in (0..depth.depths_mm.len()).filter(|pixel| is_moving(*pixel)) {
         bits[pixel / 8] |= 1 << (pixel % 8);

@@ -22,7 +22,7 @@ use self::moments::Moments;
 use self::point_set::PointSet;
 use self::triangles::Triangles;
 use self::views::VIEWS_PER_GROUP;
-use crate::cycle_view::{CLOUD_STEP_M, RANGE_STEP_M};
+use crate::cycle_view::RANGE_STEP_M;
 use crate::payload::{self, Effort, HEIGHT_COLOURS, deflated, drawn_colour, json_in_script};
 use crate::{KeptOutCause, RunRecord, Summary};
 
@@ -68,31 +68,29 @@ pub(crate) fn scene(
     limits: &PageLimits,
 ) -> Result<Markup, VoxelEdgeError> {
     let moments = Moments::of(run)?;
+    let spacing_m = run.map_spacing_m();
     let (total, most) = (run.static_map.len(), limits.map_points);
     let point = |index: usize| {
         let point_m = run.static_map[index];
         (point_m, moments.first_seen(&point_m))
     };
     let map = if total > 0 && run.map_colours.len() == total {
-        PointSet::thinned_with_colours(total, most, |index| {
+        PointSet::thinned_with_colours(spacing_m, (total, most), |index| {
             let (point_m, moment) = point(index);
             (point_m, moment, drawn_colour(run.map_colours[index]))
         })
     } else {
-        PointSet::thinned(total, most, point)
+        PointSet::thinned(spacing_m, (total, most), point)
     };
     let removed = removed_points(run, limits);
     let kept_out = PointSet::of_classes(
+        run.voxel_edge_m,
         summary.kept_out.iter().map(|voxel| (voxel.point_m, voxel.cause as u8)),
     );
     let views = views::encode(run)?;
-    let sets = [
-        ("map", &map, run.map_spacing_m()),
-        ("removed", &removed, run.voxel_edge_m),
-        ("kept_out", &kept_out, run.voxel_edge_m),
-    ];
+    let sets = [("map", &map), ("removed", &removed), ("kept_out", &kept_out)];
     let mesh = run.mesh.as_ref().filter(|mesh| !mesh.triangles.is_empty());
-    let mesh = mesh.map(|mesh| Triangles::of(mesh, limits.triangles, run.map_spacing_m()));
+    let mesh = mesh.map(|mesh| Triangles::of(mesh, limits.triangles, spacing_m));
     let mut header = header(run, summary, &sets);
     if let Some(mesh) = &mesh {
         header["mesh"] = mesh.header();
@@ -100,7 +98,7 @@ pub(crate) fn scene(
     Ok(html! {
         (data("header", "application/json", &json_in_script(&header)))
         (block("cycles", cycles::encode(run).to_string().as_bytes()))
-        @for (name, set, _) in &sets { (block(name, &set.bytes)) }
+        @for (name, set) in &sets { (block(name, &set.bytes)) }
         @if let Some(mesh) = &mesh { (block("mesh", &mesh.bytes)) }
         @for (number, group) in views.iter().enumerate() { (block(&format!("views-{number}"), group)) }
         (script())
@@ -112,11 +110,9 @@ pub(crate) fn script() -> Markup {
     html! { script { (PreEscaped(BUNDLE)) } }
 }
 
-fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet, f64)]) -> Value {
-    let points: serde_json::Map<String, Value> = sets
-        .iter()
-        .map(|(name, set, spacing_m)| ((*name).to_owned(), set.header(*spacing_m)))
-        .collect();
+fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet)]) -> Value {
+    let points: serde_json::Map<String, Value> =
+        sets.iter().map(|(name, set)| ((*name).to_owned(), set.header())).collect();
     let (bounds_m, heights_m) = bounds_m(run);
     let causes: Vec<Value> = KeptOutCause::ALL
         .iter()
@@ -130,7 +126,7 @@ fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet, f64)]) -
     json!({
         "title": run.bag_name, "frame": run.map_frame_id, "points": points, "bounds_m": bounds_m, "heights_m": heights_m,
         "height_colours": HEIGHT_COLOURS, "causes": causes, "camera": run.camera.as_ref().map(payload::camera),
-        "rig_from_lidar": payload::pose(&run.rig_from_lidar), "range_step_m": RANGE_STEP_M, "cloud_step_m": CLOUD_STEP_M,
+        "rig_from_lidar": payload::pose(&run.rig_from_lidar), "range_step_m": RANGE_STEP_M, "cloud_step_m": payload::CLOUD_STEP_M,
         "views_per_group": VIEWS_PER_GROUP, "map_unit": run.map_unit(),
     })
 }
@@ -159,7 +155,8 @@ fn removed_points(run: &RunRecord, limits: &PageLimits) -> PointSet {
             cycle.dynamic_points_m.iter().map(move |point_m| (map_from_rig * point_m, moment))
         })
         .collect();
-    PointSet::thinned(points.len(), limits.removed_points, |index| points[index])
+    let counts = (points.len(), limits.removed_points);
+    PointSet::thinned(run.voxel_edge_m, counts, |index| points[index])
 }
 
 /// The corners of what is to be in view, the map without its outliers and the path of the rig; and the lowest and the highest

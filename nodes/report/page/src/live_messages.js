@@ -19,7 +19,7 @@ export function readMap(reader) {
   for (const block of blocks) {
     block.steps = new Uint16Array(3 * block.count);
     for (const axis of [0, 1, 2]) reader.differences16(block.count, block.steps, axis, 3);
-    block.colours = hasColours ? [0, 1, 2].map(() => reader.differences8(block.count)) : null;
+    block.colours = hasColours ? reader.colours(block.count) : null;
   }
   return { epoch, voxel_m, block_m, step_m, tileBlocks, hasColours, total, blocks };
 }

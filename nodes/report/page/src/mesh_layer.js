@@ -46,7 +46,7 @@ export async function readMesh({ vertices, triangles, origin_m, step_m, has_colo
   for (const axis of [0, 1, 2]) reader.differences16(vertices, steps, axis, 3);
   const positions = Float32Array.from(steps, (step, n) => origin_m[n % 3] + step * step_m);
   const tints = new Uint8Array(3 * vertices).fill(255);
-  if (has_colours) for (const part of [0, 1, 2]) reader.differences8(vertices).forEach((value, n) => (tints[3 * n + part] = value));
+  if (has_colours) reader.colours(vertices).forEach((values, part) => values.forEach((value, n) => (tints[3 * n + part] = value)));
   // The least corner of a triangle as the difference to that of the one before it, the others as that to the least.
   const corners = new Uint32Array(3 * triangles);
   let least = 0;

@@ -1,5 +1,8 @@
 // What the page carries, and what a connection brings: JSON and blocks of bytes. In the page they are compressed (deflate) and written in base64.
 
+/** The parts of colours by their shade. */
+const SHADES = Uint8Array.from({ length: 64 }, (_, shade) => Math.round((shade * 255) / 63));
+
 /** The header `name`, or null where the page carries none. */
 export function readHeader(name) {
   const holder = document.getElementById(`${name}-header`);
@@ -83,6 +86,35 @@ export class Reader {
       value = (value + ((folded >>> 1) ^ -(folded & 1))) & 0xffff;
       into[first + n * stride] = value;
     }
+  }
+
+  /**
+   * The numbers of an image of 8 bits, written as the differences from what the neighbours to the left and above let expect: the median of
+   * both and of their sum less the one between them.
+   */
+  image8(width, height) {
+    const differences = this.take(width * height);
+    const values = new Uint8Array(width * height);
+    for (let at = 0; at < values.length; at += 1) {
+      const [left, above] = [values[at - 1] ?? 0, values[at - width] ?? 0];
+      let expected = at % width === 0 ? above : left;
+      if (at >= width && at % width > 0) {
+        const between = values[at - width - 1];
+        expected = Math.max(Math.min(left, above), Math.min(Math.max(left, above), left + above - between));
+      }
+      values[at] = differences[at] + expected;
+    }
+    return values;
+  }
+
+  /** `count` colours: the three parts, of 8 bits each, which were written in 64 shades, red and blue as what they are more than green. */
+  colours(count) {
+    const [green, red, blue] = [0, 1, 2].map(() => this.differences8(count));
+    for (let n = 0; n < count; n += 1) {
+      for (const part of [red, blue]) part[n] = SHADES[(part[n] + green[n]) & 63];
+      green[n] = SHADES[green[n]];
+    }
+    return [red, green, blue];
   }
 
   /** `count` numbers of 8 bits, written as the differences of neighbours. */

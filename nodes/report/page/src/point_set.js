@@ -23,7 +23,7 @@ function readBlockOf(reader, set, { origin_m, count }, kept) {
   for (const axis of [0, 1, 2]) reader.differences16(count, read, axis, 4);
   if (set.has.includes("moment")) reader.differences16(count, read, 3, 4);
   const classes = set.has.includes("class") ? reader.take(count) : null;
-  const colours = set.has.includes("colour") ? [0, 1, 2].map(() => reader.differences8(count)) : null;
+  const colours = set.has.includes("colour") ? reader.colours(count) : null;
 
   const positions = new Uint16Array(4 * kept);
   const tints = classes || colours ? new Uint8Array(4 * kept) : null;

@@ -63,7 +63,7 @@ export class Views {
 function readDepth(reader) {
   const [width, height] = [reader.u16(), reader.u16()];
   if (width === 0) return null;
-  const codes = reader.differences8(width * height);
+  const codes = reader.image8(width, height);
   const bits = reader.take(Math.ceil((width * height) / 8));
   const moves = (pixel) => (bits[pixel >> 3] >> (pixel & 7)) & 1;
   return { width, height, codes, moves };

@@ -46,7 +46,12 @@ test("the live view", async (t) => {
   page.on("console", (message) => ["error", "warning"].includes(message.type()) && !/GPU stall|swiftshader/i.test(message.text()) && faults.push(message.text()));
   page.on("pageerror", (error) => faults.push(error.message));
   page.on("request", (request) => new URL(request.url()).host !== url.host && others.push(request.url()));
-  page.on("dialog", (dialog) => dialog.accept());
+  let confirms = true;
+  const asked = [];
+  page.on("dialog", (dialog) => {
+    asked.push(dialog.message());
+    return confirms ? dialog.accept() : dialog.dismiss();
+  });
   await page.goto(url.href);
 
   await t.test("shows the map as it grows, and what moves", async () => {
@@ -82,6 +87,13 @@ test("the live view", async (t) => {
       await page.waitForFunction((text) => document.querySelector(".command-result").textContent.includes(text), answer);
     };
     await press("Save map", "saved \"><img");
+    // Only the map is not emptied without being asked.
+    assert.deepEqual(asked, []);
+    confirms = false;
+    await page.getByRole("button", { name: "Empty map" }).click();
+    assert.match(asked.at(-1), /Empty the map\?/);
+    assert.match(await page.locator(".command-result").innerText(), /^saved/);
+    confirms = true;
     await press("Empty map", "it is <i>not</i> emptied");
     await press("Pause detection", "detection paused");
     await press("Resume detection", "detection goes on");
@@ -110,6 +122,17 @@ test("the live view", async (t) => {
       const { shown: now } = document.querySelector(".status").dataset;
       return Number(now) > 0 && Number(now) !== former;
     }, before);
+  });
+
+  await t.test("comes back when its tab wakes after the program was started again", async () => {
+    const session = await context.newCDPSession(page);
+    await session.send("Page.setWebLifecycleState", { state: "frozen" });
+    assert.equal(await stop(), 0);
+    await start(url.port);
+    await session.send("Page.setWebLifecycleState", { state: "active" });
+    await page.waitForFunction(() => document.querySelector("#connection").dataset.state === "connected");
+    await grown(page, await shown(page));
+    await session.detach();
   });
 
   await t.test("is as wide as a phone", async () => {

@@ -1,4 +1,4 @@
-//! A set of points as the page carries it: coordinates of 16 bits in blocks of 65 m, in the order of a curve that keeps neighbours
+//! A set of points as the page carries it: coordinates of 16 bits in blocks of 65,536 steps, in the order of a curve that keeps neighbours
 //! together.
 
 use std::collections::BTreeMap;
@@ -6,10 +6,12 @@ use std::collections::BTreeMap;
 use nalgebra::Point3;
 use serde_json::{Value, json};
 
-use crate::payload::{push_differences_8, push_differences_16};
+use crate::payload::{push_colours, push_differences_16};
 
-/// A step of the coordinates: a tenth of the noise of a depth camera.
-const STEP_M: f64 = 0.001;
+/// Steps of the coordinates within the spacing of the points: a point is drawn 15 to 45 steps large.
+const STEPS_IN_SPACING: f64 = 10.0;
+/// The finest step.
+const LEAST_STEP_M: f64 = 0.000_1;
 /// Steps along an edge of a block.
 const STEPS: f64 = 65_536.0;
 
@@ -19,6 +21,9 @@ pub(super) struct PointSet {
     pub(super) bytes: Vec<u8>,
     /// The points of the run, of which the set may have fewer.
     pub(super) total: usize,
+    /// How far apart neighbours are.
+    spacing_m: f64,
+    step_m: f64,
     blocks: Vec<Block>,
     has: Vec<&'static str>,
 }
@@ -40,42 +45,49 @@ struct Placed {
 impl PointSet {
     /// At most about `most` of `total` points, evenly chosen, with the moments from which on they are shown.
     pub(super) fn thinned(
-        total: usize,
-        most: usize,
+        spacing_m: f64,
+        (total, most): (usize, usize),
         point: impl Fn(usize) -> (Point3<f32>, u16),
     ) -> Self {
         let every = total.div_ceil(most.max(1)).max(1);
         let points = (0..total).step_by(every).map(point);
-        Self::of(total, &["moment"], points.map(|(point_m, moment)| (point_m, moment, [0; 3])))
+        let points = points.map(|(point_m, moment)| (point_m, moment, [0; 3]));
+        Self::of(spacing_m, total, &["moment"], points)
     }
 
     /// The same with a colour each: red, green, blue.
     pub(super) fn thinned_with_colours(
-        total: usize,
-        most: usize,
+        spacing_m: f64,
+        (total, most): (usize, usize),
         point: impl Fn(usize) -> (Point3<f32>, u16, [u8; 3]),
     ) -> Self {
         let every = total.div_ceil(most.max(1)).max(1);
-        Self::of(total, &["moment", "colour"], (0..total).step_by(every).map(point))
+        let points = (0..total).step_by(every).map(point);
+        Self::of(spacing_m, total, &["moment", "colour"], points)
     }
 
     /// Points with a class each.
-    pub(super) fn of_classes(points: impl ExactSizeIterator<Item = (Point3<f32>, u8)>) -> Self {
+    pub(super) fn of_classes(
+        spacing_m: f64,
+        points: impl ExactSizeIterator<Item = (Point3<f32>, u8)>,
+    ) -> Self {
         let total = points.len();
         let points = points.map(|(point_m, class)| (point_m, u16::from(class), [0; 3]));
-        Self::of(total, &["class"], points)
+        Self::of(spacing_m, total, &["class"], points)
     }
 
     fn of(
+        spacing_m: f64,
         total: usize,
         has: &[&'static str],
         points: impl Iterator<Item = (Point3<f32>, u16, [u8; 3])>,
     ) -> Self {
+        let step_m = (spacing_m / STEPS_IN_SPACING).max(LEAST_STEP_M);
         let mut by_block: BTreeMap<[i32; 3], Vec<Placed>> = BTreeMap::new();
         for (point_m, extra, colour) in points.filter(|(point_m, ..)| geometry::is_finite(point_m))
         {
             let all_steps: [f64; 3] =
-                point_m.coords.map(|value_m| f64::from(value_m) / STEP_M).into();
+                point_m.coords.map(|value_m| f64::from(value_m) / step_m).into();
             // The casts saturate: points that far away share the outermost block.
             let block = all_steps.map(|steps| (steps / STEPS).floor() as i32);
             let steps =
@@ -100,23 +112,23 @@ impl PointSet {
                 push_differences_16(&mut bytes, placed.iter().map(|point| point.extra));
             }
             if has.contains(&"colour") {
-                for part in 0..3 {
-                    push_differences_8(&mut bytes, placed.iter().map(|point| point.colour[part]));
-                }
+                push_colours(&mut bytes, placed.iter().map(|point| point.colour));
             }
-            let origin_m = block.map(|block| f64::from(block) * STEPS * STEP_M);
+            let origin_m = block.map(|block| f64::from(block) * STEPS * step_m);
             blocks.push(Block { origin_m, count: placed.len() });
         }
-        Self { bytes, total, blocks, has: has.to_vec() }
+        Self { bytes, total, spacing_m, step_m, blocks, has: has.to_vec() }
     }
 
-    pub(super) fn header(&self, spacing_m: f64) -> Value {
+    pub(super) fn header(&self) -> Value {
         let blocks: Vec<Value> = self
             .blocks
             .iter()
             .map(|block| json!({ "origin_m": block.origin_m, "count": block.count }))
             .collect();
-        json!({ "total": self.total, "step_m": STEP_M, "spacing_m": spacing_m, "has": self.has, "blocks": blocks })
+        json!({
+            "total": self.total, "step_m": self.step_m, "spacing_m": self.spacing_m, "has": self.has, "blocks": blocks,
+        })
     }
 }
 

@@ -33,12 +33,14 @@ fn header_of(page: &str) -> Value {
 }
 
 #[test]
-fn the_points_come_back_to_a_millimetre_over_more_than_a_block() {
-    let map = [[0.0123, -70.5, 1.0], [0.0, 0.0, 0.0], [100.25, 3.5, -0.001]];
+fn the_points_come_back_to_a_step_over_more_than_a_block() {
+    let map = [[0.0123, -700.5, 1.0], [0.0, 0.0, 0.0], [1000.25, 3.5, -0.001]];
     let run = RunRecord { static_map: points(&map), ..run(vec![cycle(0)]) };
     let page = page_of(&run, &PageLimits::default());
     let header = header_of(&page);
     let set = &header["points"]["map"];
+    let step_m = set["step_m"].as_f64().unwrap();
+    assert!((step_m - run.map_spacing_m() / 10.0).abs() < 1e-9, "{step_m}");
     let bytes = block_of(&page, "map");
     let mut read = Vec::new();
     let mut at = 0;
@@ -59,14 +61,14 @@ fn the_points_come_back_to_a_millimetre_over_more_than_a_block() {
         for n in 0..count {
             let steps = [x[n], y[n], z[n]];
             read.push([0, 1, 2].map(|axis: usize| {
-                block["origin_m"][axis].as_f64().unwrap() + f64::from(steps[axis]) * 0.001
+                block["origin_m"][axis].as_f64().unwrap() + f64::from(steps[axis]) * step_m
             }));
         }
     }
     assert_eq!((at, read.len()), (bytes.len(), map.len()));
     for point in map {
         let is_near = |other: &[f64; 3]| {
-            (0..3).all(|axis| (other[axis] - f64::from(point[axis])).abs() <= 0.0011)
+            (0..3).all(|axis| (other[axis] - f64::from(point[axis])).abs() <= 1.1 * step_m)
         };
         assert!(read.iter().any(is_near), "{point:?} of {read:?}");
     }
@@ -155,8 +157,8 @@ fn moving_points_come_last_in_a_view() {
         [3, 0, 0, 0, 1, 0, 0, 0],
         "points, and how many of them move"
     );
-    // The differences along x: 500, 250 more, and 500 less.
-    let folded: [u16; 3] = [1000, 500, 999];
+    // The differences along x: 250, 125 more, and 250 less.
+    let folded: [u16; 3] = [500, 250, 499];
     let low = &bytes[head + 8..head + 11];
     assert_eq!(low, folded.map(|steps| steps.to_le_bytes()[0]));
     assert_eq!(bytes[bytes.len() - 4..], [0; 4], "no depth image");
@@ -193,13 +195,14 @@ fn colours_are_carried_where_the_map_has_them() {
             value
         })
     };
+    let shade = |green: u8, more: u8| green.wrapping_add(more);
     let mut colours: Vec<_> = plane(0)
         .zip(plane(1))
         .zip(plane(2))
-        .map(|((red, green), blue)| [red, green, blue])
+        .map(|((green, red), blue)| [shade(green, red), green, shade(green, blue)])
         .collect();
     colours.sort_unstable();
-    assert_eq!(colours, [[1, 2, 3], [110, 110, 110], [250, 20, 10]]);
+    assert_eq!(colours, [[0, 0, 0], [27, 27, 27], [62, 5, 2]]);
     let plain = RunRecord { map_colours: Vec::new(), ..coloured };
     let header = header_of(&page_of(&plain, &PageLimits::default()));
     assert_eq!(header["points"]["map"]["has"], json!(["moment"]));

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
 use super::point_set::curve;
-use crate::payload::{drawn_colour, push_differences_8, push_differences_16, push_varint};
+use crate::payload::{drawn_colour, push_colours, push_differences_16, push_varint};
 
 /// A step of the coordinates, of a mesh that is not too large for it: as that of points.
 const LEAST_STEP_M: f32 = 0.001;
@@ -143,9 +143,7 @@ impl Surface {
             push_differences_16(&mut bytes, placed().map(|(at_m, _)| steps(at_m)[axis]));
         }
         if has_colours {
-            for part in 0..3 {
-                push_differences_8(&mut bytes, placed().map(|(_, colour)| colour[part]));
-            }
+            push_colours(&mut bytes, placed().map(|(_, colour)| *colour));
         }
         let mut before = 0;
         for [least, ..] in &triangles {
