@@ -3,6 +3,7 @@
 //!
 //! Writing is `cdr_encoding`'s. Reading is our own, since that crate drops the last byte of a string
 //! whose terminator is missing and cannot say where in a message something is wrong.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod decoder;
 mod error;

@@ -4,6 +4,7 @@
 //! [`ConvertError`] that names the field and carries its numbers. A conversion to a message cannot
 //! fail; a cloud or image beyond the 32 bits of the message's counts keeps its data whole, so that
 //! encoding it is the error ([`crate::cdr::CdrFault::TooLong`]) and nothing is lost in silence.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod camera;
 mod cloud;

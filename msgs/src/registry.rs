@@ -3,6 +3,7 @@
 use crate::RosMessage;
 
 /// Hands the list of all messages to the macro `$action`.
+#[macro_export]
 macro_rules! for_each_message {
     ($action:ident) => {
         $action! {

@@ -67,7 +67,7 @@ pub fn depth_without(
     let mut filtered = message.clone();
     let starts = rows.record_starts(nothing.len()).zip(is_moving);
     for (start, _) in starts.filter(|(_, is_moving)| **is_moving == removed) {
-        filtered.data[start..start + nothing.len()].copy_from_slice(nothing);
+        overwrite(&mut filtered.data, start, nothing);
     }
     Ok(filtered)
 }
@@ -98,11 +98,17 @@ pub fn cloud_without(
     let starts = rows.record_starts(message.point_step as usize).zip(is_moving);
     for (start, _) in starts.filter(|(_, is_moving)| **is_moving == removed) {
         for (place, bytes) in &coordinates {
-            let to = start + place.start..start + place.end;
-            filtered.data[to].copy_from_slice(&bytes[..place.len()]);
+            let nan = bytes.get(..place.len()).unwrap_or(bytes);
+            overwrite(&mut filtered.data, start + place.start, nan);
         }
     }
     Ok(filtered)
+}
+
+/// Puts bytes in the place of those from `start` on, which the rows are known to have.
+fn overwrite(data: &mut [u8], start: usize, bytes: &[u8]) {
+    let places = data.iter_mut().skip(start);
+    places.zip(bytes).for_each(|(place, byte)| *place = *byte);
 }
 
 fn check_mask(

@@ -36,7 +36,7 @@ pub fn tracks_from_message(message: &Tracks) -> Result<CycleTracks, ConvertError
 fn message_from_track(track: &Track) -> TrackMessage {
     let mut covariance = [0.0; 36];
     for (at, value) in covariance.iter_mut().enumerate() {
-        *value = track.covariance[(at / 6, at % 6)];
+        *value = track.covariance.get((at / 6, at % 6)).copied().unwrap_or_default();
     }
     TrackMessage {
         id: track.id,

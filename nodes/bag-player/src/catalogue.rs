@@ -6,6 +6,7 @@ use std::sync::Arc;
 use mcap::records::{Record, op};
 
 use crate::qos::OfferedQos;
+use crate::record;
 
 /// Key of a channel's metadata under which rosbag2 keeps the QoS of the recorded publishers.
 pub(crate) const QOS_METADATA_KEY: &str = "offered_qos_profiles";
@@ -53,7 +54,7 @@ impl Catalogue {
         if opcode != op::SCHEMA && opcode != op::CHANNEL {
             return Ok(());
         }
-        match mcap::parse_record(opcode, body)? {
+        match record::parse(opcode, body)? {
             Record::Schema { header, data } => {
                 let known = self.schemas.len();
                 self.schemas.entry(header.id).or_insert_with(|| {

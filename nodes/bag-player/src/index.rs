@@ -9,12 +9,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use mcap::parse_record;
 use mcap::records::{ChunkIndex, Record, Statistics, op};
 
 use crate::catalogue::{Catalogue, Channel};
 use crate::error::{BagError, Loss, LossKind};
 use crate::info::Storage;
+use crate::record;
 use crate::segment::{ChunkHead, Form, MESSAGE_HEADER_BYTES, Segment, for_each_record, message_of};
 use crate::source::{Frame, MAX_RECORD_BYTES, Source};
 use crate::sqlite::{Database, Paths};
@@ -184,7 +184,7 @@ impl<'a> Walk<'a> {
             }
             op::HEADER => {
                 let body = source.body_start(&frame, MAX_RECORD_BYTES)?;
-                if let Ok(Record::Header(header)) = parse_record(frame.opcode, &body) {
+                if let Ok(Record::Header(header)) = record::parse(frame.opcode, &body) {
                     self.index.profile = header.profile;
                     self.index.library = header.library;
                 }

@@ -8,6 +8,7 @@
 //! of a chunk is checked before any of its messages is returned; chunks are decompressed by the reader of the
 //! mcap crate. Chunks are ordered here, since the indexed reader of that crate checks no checksum and cannot
 //! continue after a damaged chunk.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod bag;
 mod catalogue;
@@ -19,6 +20,7 @@ mod info;
 mod message;
 mod messages;
 mod qos;
+mod record;
 mod ros1;
 mod rosbag2;
 mod schedule;

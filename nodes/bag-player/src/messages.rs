@@ -161,12 +161,13 @@ impl Messages {
     }
 
     fn load(&mut self, pending: &PendingSegment) -> Result<(), BagError> {
-        let reader = &mut self.files[pending.file];
+        // What is pending is of a file and a segment that there are.
+        let Some(reader) = self.files.get_mut(pending.file) else { return Ok(()) };
         let index = Arc::clone(&reader.index);
         if let Some(database) = &index.database {
             return self.load_rows(pending.file, database, index.paths());
         }
-        let segment = &index.segments[pending.segment];
+        let Some(segment) = index.segments.get(pending.segment) else { return Ok(()) };
         let source = match &mut reader.source {
             Some(source) => source,
             None => match Source::open(index.paths().opened) {
@@ -264,7 +265,7 @@ impl Messages {
         database: &Database,
         paths: Paths<'_>,
     ) -> Result<(), BagError> {
-        let mut rows = match self.files[file].rows.take() {
+        let mut rows = match self.files.get_mut(file).and_then(|reader| reader.rows.take()) {
             Some(rows) => rows,
             None => Rows::open(paths, database, &self.filter)?,
         };
@@ -291,12 +292,14 @@ impl Messages {
         for loss in rows.take_losses() {
             add_loss(&mut self.losses, loss);
         }
-        self.files[file].rows = (!rows.is_at_end()).then_some(rows);
+        if let Some(reader) = self.files.get_mut(file) {
+            reader.rows = (!rows.is_at_end()).then_some(rows);
+        }
         Ok(())
     }
 
     fn enqueue(&mut self, pending: &PendingSegment, message: Found) {
-        let reader = &self.files[pending.file];
+        let Some(reader) = self.files.get(pending.file) else { return };
         let channel = match message.channel {
             Some(channel) => channel,
             None => match reader.catalogue.channel(message.header.channel_id) {
@@ -322,15 +325,7 @@ impl Messages {
                 data,
             }),
             Err(reason) => {
-                let index = &self.files[pending.file].index;
-                let loss = Loss {
-                    file: index.path.clone(),
-                    offset_bytes: index.segments[pending.segment].offset,
-                    size_bytes: 0,
-                    messages: Some(1),
-                    kind: LossKind::BadMessages { reason },
-                };
-                add_loss(&mut self.losses, loss);
+                self.lose_one(pending, 0, LossKind::BadMessages { reason });
             }
         }
     }
@@ -343,13 +338,19 @@ impl Messages {
     }
 
     fn lose_message(&mut self, pending: &PendingSegment, channel_id: u16, data_bytes: usize) {
-        let index = &self.files[pending.file].index;
+        self.lose_one(pending, data_bytes, LossKind::UnknownChannel { channel_id });
+    }
+
+    /// Notes the loss of one message of a segment.
+    fn lose_one(&mut self, pending: &PendingSegment, data_bytes: usize, kind: LossKind) {
+        let Some(index) = self.files.get(pending.file).map(|reader| &reader.index) else { return };
+        let segment = index.segments.get(pending.segment);
         let loss = Loss {
             file: index.path.clone(),
-            offset_bytes: index.segments[pending.segment].offset,
+            offset_bytes: segment.map_or(0, |segment| segment.offset),
             size_bytes: data_bytes as u64,
             messages: Some(1),
-            kind: LossKind::UnknownChannel { channel_id },
+            kind,
         };
         add_loss(&mut self.losses, loss);
     }
@@ -360,7 +361,7 @@ impl FileReader {
     fn read_channels_before(&mut self, segment: usize) {
         let Some(source) = &mut self.source else { return };
         while self.channels_read_up_to < segment {
-            let earlier = &self.index.segments[self.channels_read_up_to];
+            let Some(earlier) = self.index.segments.get(self.channels_read_up_to) else { return };
             channels_of(source, earlier, &mut self.catalogue);
             self.channels_read_up_to += 1;
         }

@@ -1,5 +1,6 @@
 //! `metadata.yaml`, in which rosbag2 lists the files of a bag.
 
+use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
@@ -107,16 +108,19 @@ impl Metadata {
         if information.relative_file_paths.is_empty() {
             return Err(bad("it lists no file".into()));
         }
-        let counts: Vec<(&str, u64)> =
-            information.files.iter().map(|file| (file.path.as_str(), file.message_count)).collect();
+        // Of a file that is there twice the first counts.
+        let counts: BTreeMap<&str, u64> = information
+            .files
+            .iter()
+            .rev()
+            .map(|file| (file.path.as_str(), file.message_count))
+            .collect();
         let files = information
             .relative_file_paths
             .iter()
             .map(|listed| ListedFile {
                 path: within(directory, listed),
-                message_count: counts
-                    .iter()
-                    .find_map(|(path, count)| (path == listed).then_some(*count)),
+                message_count: counts.get(listed.as_str()).copied(),
             })
             .collect();
         let topics = information

@@ -3,16 +3,17 @@
 use std::collections::BTreeMap;
 use std::io;
 
+use mcap::McapError;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::{McapError, parse_record};
 
 use crate::catalogue::Catalogue;
 use crate::error::LossKind;
+use crate::record;
 use crate::source::{FRAME_HEADER_BYTES, Frame, MAX_RECORD_BYTES, Source};
 
-/// Largest content of a chunk that is decompressed: writers use 1 .. 8 MiB.
-const MAX_CHUNK_BYTES: u64 = 1 << 30;
+/// Largest content of a chunk that is decompressed: writers use 1 .. 8 MiB, and a chunk has at least one message.
+const MAX_CHUNK_BYTES: u64 = 256 << 20;
 
 /// No chunk decompresses to more than this many times its size: a zstd block of 128 KiB takes at
 /// least 4 bytes (RFC 8878, 3.1.1.2), an lz4 block has at most 255 to 1. One that claims more is damaged.
@@ -210,8 +211,7 @@ fn records_of_chunk(
             .with_record_length_limit(usize::try_from(limit).unwrap_or(usize::MAX)),
     );
 
-    let mut frame_header = [op::CHUNK; FRAME_HEADER_BYTES as usize];
-    frame_header[1..].copy_from_slice(&content_bytes.to_le_bytes());
+    let frame_header = [&[op::CHUNK][..], &content_bytes.to_le_bytes()].concat();
     reader.insert(frame_header.len()).copy_from_slice(&frame_header);
     reader.notify_read(frame_header.len());
     source.seek(frame.body_offset()).map_err(|error| Fault::io(&error))?;
@@ -282,7 +282,7 @@ pub(crate) fn messages_indexed_behind(
             return count;
         }
         let body = source.body_start(&frame, frame.body_bytes.min(MAX_RECORD_BYTES)).ok()?;
-        let Ok(Record::MessageIndex(index)) = parse_record(frame.opcode, &body) else {
+        let Ok(Record::MessageIndex(index)) = record::parse(frame.opcode, &body) else {
             return count;
         };
         let listed =

@@ -2,11 +2,11 @@
 
 use std::io;
 
-use mcap::parse_record;
 use mcap::records::{ChunkIndex, Record, Statistics};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::catalogue::Catalogue;
+use crate::record;
 use crate::source::{FRAME_HEADER_BYTES, Source};
 
 /// The footer's body: two offsets and a checksum.
@@ -48,7 +48,7 @@ pub(crate) fn read(source: &mut Source) -> Result<Option<Summary>, Unreadable> {
         return Err(Unreadable::Absent);
     }
     let damaged = |reason: String| Unreadable::Damaged { offset: footer_offset, reason };
-    let footer = match parse_record(*opcode, body) {
+    let footer = match record::parse(*opcode, body) {
         Ok(Record::Footer(footer)) => footer,
         Ok(_) => return Err(Unreadable::Absent),
         Err(error) => return Err(damaged(error.to_string())),
@@ -70,6 +70,8 @@ fn read_records(source: &mut Source, start: u64) -> Result<Summary, String> {
     let mut reader = LinearReader::new_with_options(
         LinearReaderOptions::default()
             .with_skip_start_magic(true)
+            // A summary has no chunks; one is not opened.
+            .with_emit_chunks(true)
             // Started here and not at the start of the file, the running checksum covers the same bytes as
             // the footer's checksum.
             .with_validate_data_section_crc(true)
@@ -105,7 +107,7 @@ fn parse_summary_record(opcode: u8, data: &[u8]) -> Result<Option<Record<'_>>, S
     if opcode != CHUNK_INDEX && opcode != STATISTICS {
         return Ok(None);
     }
-    parse_record(opcode, data).map(Some).map_err(|error| error.to_string())
+    record::parse(opcode, data).map(Some).map_err(|error| error.to_string())
 }
 
 /// Chunks must follow one another in the data section.

@@ -1,5 +1,6 @@
 //! The calibration of a camera as ROS writes it to a file: the YAML of `camera_calibration` (`ost.yaml`) and of
 //! `camera_info_manager`.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 use geometry::{CameraModel, CameraModelError, Distortion};
 use serde::Deserialize;
@@ -189,7 +190,8 @@ fn distortion(written: &Written) -> Result<Distortion, CameraFileError> {
                 (Some(eight), _, None | Some(..8)) => Ok(Distortion::Rational(*eight)),
                 (_, Some(twelve), Some(8..12)) => Ok(Distortion::RationalPrism(*twelve)),
                 (_, Some(_), Some(index)) => {
-                    Err(CameraFileError::BeyondModel { index, value: numbers[index] })
+                    let value = numbers.get(index).copied().unwrap_or(f64::NAN);
+                    Err(CameraFileError::BeyondModel { index, value })
                 }
                 _ => Err(matrix.shape_error(KEY, accepted)),
             }

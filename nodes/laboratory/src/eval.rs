@@ -11,6 +11,8 @@ use clap::Subcommand;
 
 use robot::{Failure, Outcome};
 
+pub use grid::read_grid;
+
 /// The kind of result.
 #[derive(Subcommand, Debug)]
 pub enum EvalArgs {

@@ -16,7 +16,8 @@ use clap::Subcommand;
 use node_shell::RosArguments;
 use robot::{Failure, Interrupt, Outcome};
 
-pub use simulate::write_bag;
+pub use eval::read_grid;
+pub use simulate::{read_mesh, write_bag};
 pub use truth::score;
 
 /// The subcommands that a robot does not need.

@@ -22,6 +22,8 @@ use robot::{BagOutput, Failure, Interrupt, Outcome, Progress, console};
 use sensors::SensorArgs;
 use true_tracks::TrueTracks;
 
+pub use mesh_file::read as read_mesh;
+
 /// Arguments of `stillmap simulate`.
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:

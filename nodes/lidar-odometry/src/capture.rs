@@ -1,4 +1,5 @@
 //! Captures of a network: the datagrams in a pcap or pcapng file. Behind the feature `io`.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod frame;
 

@@ -15,6 +15,7 @@
 //!
 //! As the scanner reports it, `azimuth_deg` is clockwise seen from above, 0 forward. Points are in the frame of REP-103:
 //! x forward, y left, z up. An elevation is above the horizon.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod calibration;
 mod clock;

@@ -6,6 +6,7 @@
 //! | `kitti` | the `.bin` files of KITTI and KITTI-360 |
 //! | `cloud` | what any driver lists, by its rings |
 //! | `csv` | the files that Road LiDAR's section 2.4, option C, exports |
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod cloud;
 mod columns;

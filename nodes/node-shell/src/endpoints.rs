@@ -1,4 +1,5 @@
 //! The ends of topics and services: publishers and subscriptions, with their DDS side and their counters.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 pub(crate) mod assembly;
 pub(crate) mod counters;

@@ -22,6 +22,7 @@
 //!
 //! # Who may read it
 //! A file of another version is refused: there has been one only.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod form;
 #[cfg(test)]

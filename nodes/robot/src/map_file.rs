@@ -8,8 +8,13 @@ use reconstruction::octomap;
 
 use crate::failure::Failure;
 
-/// An octomap may have so many voxels: 12 bytes each.
+/// An octomap may have so many voxels, of 12 bytes each, and as many points,
 const MOST_VOXELS: usize = 100_000_000;
+/// but no more than these for each byte of its file: two bytes stand for eight leaves, and one leaf for any number of voxels. A map
+/// has few leaves that are larger than a voxel, since its surfaces are one voxel thick.
+const MOST_VOXELS_PER_BYTE: usize = 1000;
+/// However small the file is, it may have this many.
+const FEW_VOXELS: usize = 1_000_000;
 
 /// A map as it is saved.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -46,8 +51,9 @@ impl MapFile {
                 Ok(Self { points, ..Self::default() })
             }
             Some("bt") => {
-                let octree =
-                    octomap::decode(&bytes()?, MOST_VOXELS).map_err(|error| wrong(&error))?;
+                let bytes = bytes()?;
+                let octree = octomap::decode(&bytes, most_voxels_of(bytes.len()))
+                    .map_err(|error| wrong(&error))?;
                 let middle = |cell: i32| ((f64::from(cell) + 0.5) * octree.edge_m) as f32;
                 let centre = |voxel: &VoxelKey| [voxel.x, voxel.y, voxel.z].map(middle).into();
                 let points_m = octree.voxels.iter().map(centre).collect();
@@ -78,6 +84,11 @@ impl MapFile {
     }
 }
 
+/// The voxels that an octomap of so many bytes may have.
+fn most_voxels_of(file_bytes: usize) -> usize {
+    file_bytes.saturating_mul(MOST_VOXELS_PER_BYTE).clamp(FEW_VOXELS, MOST_VOXELS)
+}
+
 /// Refuses a file in a folder that is not there, before the work for it begins.
 pub(crate) fn check_folder(path: &Path) -> Result<(), Failure> {
     let folder = folder_of(path);
@@ -91,4 +102,25 @@ pub(crate) fn check_folder(path: &Path) -> Result<(), Failure> {
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write_whole_file(path, bytes)
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 130 bytes stood for 10^8 voxels, which took 2.4 GB.
+    #[test]
+    fn a_small_octomap_does_not_take_the_memory_of_a_large_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("solid.bt");
+        // One inner node after the other down to 2^8 voxels an axis, all of it occupied: 1.7 * 10^7 voxels.
+        let header = "# Octomap OcTree binary file\nid OcTree\nsize 9\nres 0.05\ndata\n";
+        let mut file = header.as_bytes().to_vec();
+        file.extend([[3, 0]; 7].as_flattened());
+        file.extend([2, 0]);
+        std::fs::write(&path, &file).unwrap();
+        let refused = MapFile::read(&path).unwrap_err().to_string();
+        assert!(refused.contains("voxels"), "{refused}");
+        assert_eq!(most_voxels_of(50_000), 50_000_000);
+    }
 }

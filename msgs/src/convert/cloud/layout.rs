@@ -100,8 +100,8 @@ impl FieldPlace {
         let size_bytes = self.datatype.size_bytes();
         let mut bytes = [0; 8];
         match (self.datatype, big_endian) {
-            (Datatype::Float32, false) => bytes[..4].copy_from_slice(&f32::NAN.to_le_bytes()),
-            (Datatype::Float32, true) => bytes[..4].copy_from_slice(&f32::NAN.to_be_bytes()),
+            (Datatype::Float32, false) => front(&mut bytes, f32::NAN.to_le_bytes()),
+            (Datatype::Float32, true) => front(&mut bytes, f32::NAN.to_be_bytes()),
             (Datatype::Float64, false) => bytes = f64::NAN.to_le_bytes(),
             (Datatype::Float64, true) => bytes = f64::NAN.to_be_bytes(),
             _ => return None,
@@ -237,4 +237,10 @@ fn plain_floats(record: &[u8], offset: usize) -> Option<[f32; 3]> {
     let (floats, _) = bytes.as_chunks::<4>();
     let [x, y, z] = floats else { return None };
     Some([f32::from_le_bytes(*x), f32::from_le_bytes(*y), f32::from_le_bytes(*z)])
+}
+
+/// Puts four bytes at the front of eight.
+fn front(bytes: &mut [u8; 8], four: [u8; 4]) {
+    let [a, b, c, d, ..] = bytes;
+    [*a, *b, *c, *d] = four;
 }

@@ -118,6 +118,10 @@ fn unfold(number: u32) -> u16 {
     ((number >> 1) ^ (number & 1).wrapping_neg()) as u16
 }
 
+#[cfg_attr(
+    not(test),
+    expect(clippy::indexing_slicing, reason = "at compile time, where running off it is an error")
+)]
 const fn codes() -> [u16; LOOKED_UP] {
     let mut codes = [0; LOOKED_UP];
     let mut number = 0;

@@ -70,9 +70,13 @@ fn write_topics(info: &BagInfo, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             ]
         }))
         .collect();
-    let width =
-        |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let [topic, type_name, count, rate] = [width(0), width(1), width(2), width(3)];
+    let mut widths = [0; 5];
+    for row in &rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = cell.chars().count().max(*width);
+        }
+    }
+    let [topic, type_name, count, rate, _] = widths;
     writeln!(f)?;
     for row in &rows {
         let line = format!(

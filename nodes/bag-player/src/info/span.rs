@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 use std::io;
 
-use mcap::parse_record;
 use mcap::records::{Record, op};
 
 use crate::index::FileIndex;
+use crate::record;
 use crate::segment::{Segment, for_each_record, message_of};
 use crate::source::{MAX_RECORD_BYTES, Source};
 
@@ -83,7 +83,7 @@ fn indexed_span(source: &mut Source, channel: u16, offset: u64) -> Option<Span> 
         return None;
     }
     let body = source.body_start(&frame, MAX_RECORD_BYTES).ok()?;
-    match parse_record(frame.opcode, &body) {
+    match record::parse(frame.opcode, &body) {
         Ok(Record::MessageIndex(index)) if index.channel_id == channel => {
             index.records.iter().map(|entry| Span::at(entry.log_time)).reduce(Span::with)
         }

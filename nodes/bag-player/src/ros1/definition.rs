@@ -5,6 +5,10 @@ use std::collections::BTreeMap;
 /// More than the nesting of any message; the limit for a definition that contains itself.
 const MOST_LEVELS: usize = 32;
 
+/// More than the fields of any message, those of the messages in it counted wherever they are: a definition of forty lines can have
+/// 2^32 of them.
+const MOST_FIELDS: usize = 10_000;
+
 /// A definition that cannot be used.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum DefinitionError {
@@ -19,6 +23,12 @@ pub enum DefinitionError {
     /// A type without a definition.
     #[error("the type {type_name} is not defined")]
     Undefined {
+        /// The type.
+        type_name: String,
+    },
+    /// A type of types that grows without bound.
+    #[error("the type {type_name} has more than {MOST_FIELDS} fields")]
+    TooLarge {
         /// The type.
         type_name: String,
     },
@@ -90,10 +100,16 @@ impl Definitions {
 
     /// The fields of a message of this type.
     pub(super) fn members(&self, type_name: &str) -> Result<Vec<Member>, DefinitionError> {
-        self.members_within(type_name, MOST_LEVELS)
+        let mut fields_left = MOST_FIELDS;
+        self.members_within(type_name, MOST_LEVELS, &mut fields_left)
     }
 
-    fn members_within(&self, name: &str, levels: usize) -> Result<Vec<Member>, DefinitionError> {
+    fn members_within(
+        &self,
+        name: &str,
+        levels: usize,
+        fields_left: &mut usize,
+    ) -> Result<Vec<Member>, DefinitionError> {
         let fields = self
             .types
             .get(name)
@@ -101,13 +117,16 @@ impl Definitions {
         let Some(levels) = levels.checked_sub(1) else {
             return Err(DefinitionError::TooDeep { type_name: name.to_owned() });
         };
+        *fields_left = fields_left
+            .checked_sub(fields.len())
+            .ok_or_else(|| DefinitionError::TooLarge { type_name: name.to_owned() })?;
         let of_ros1_header = name == "std_msgs/Header"
             && fields.len() == 3
             && fields.first().is_some_and(|first| first.element == "uint32");
         let member = |(index, field): (usize, &Field)| {
             let kind = match primitive(&field.element) {
                 Some(kind) => kind,
-                None => Kind::Message(self.members_within(&field.element, levels)?),
+                None => Kind::Message(self.members_within(&field.element, levels, fields_left)?),
             };
             Ok(Member { kind, shape: field.shape, dropped: of_ros1_header && index == 0 })
         };
@@ -128,8 +147,8 @@ impl Field {
         };
         let (field_type, rest) = content.split_once(char::is_whitespace).ok_or_else(no_field)?;
         // A constant: `int32 X=123`, `string A = b`. A default of ROS 2 has no sign before it.
-        let name_end = rest.trim_start().find(|c: char| !(c.is_alphanumeric() || c == '_'));
-        let after_name = name_end.map_or("", |end| rest.trim_start()[end..].trim_start());
+        let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
+        let after_name = rest.trim_start().trim_start_matches(is_of_name).trim_start();
         if after_name.starts_with('=') {
             return Ok(None);
         }

@@ -156,6 +156,28 @@ fn converted(bytes: &[u8]) -> Result<(Ros1Conversion, tempfile::TempDir), Ros1Er
     Ok((conversion, folder))
 }
 
+/// The members were written out: 32 types of two fields each, the next of them, are 2^32.
+#[test]
+fn a_definition_that_doubles_with_each_type_is_refused() {
+    let doubling = |level: u32| format!("p/T{level}\nT{next} a\nT{next} b", next = level + 1);
+    let parts: Vec<String> = (1..30).map(doubling).chain(["p/T30\nuint8 a".to_owned()]).collect();
+    let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+    let definition = with("T1 a\nT1 b\n", &parts);
+    let refused = Definitions::read("p/T0", &definition).unwrap().members("p/T0").unwrap_err();
+    assert!(matches!(refused, DefinitionError::TooLarge { .. }), "{refused}");
+}
+
+/// An array of messages without fields was cut to the message's length; one of messages that hold such messages never ended.
+#[test]
+fn an_array_of_messages_without_a_byte_ends() {
+    let definition = with("Part[4000000000] parts\n", &["p/Part\nNothing[3] none", "p/Nothing"]);
+    let members = Definitions::read("p/Whole", &definition).unwrap().members("p/Whole").unwrap();
+    assert_eq!(transcode(&members, &[]), Err(TranscodeError::TooManyEmpty));
+    let few = with("Part[2] parts\n", &["p/Part\nNothing[3] none", "p/Nothing"]);
+    let members = Definitions::read("p/Whole", &few).unwrap().members("p/Whole").unwrap();
+    assert_eq!(transcode(&members, &[]).unwrap().len(), 4 + 6);
+}
+
 #[test]
 fn scans_and_poses_come_over_field_by_field() {
     let pose = Ros1::header(9, "map").f64s(&[1.0, -2.0, 3.0, 0.0, 0.0, 0.0, 1.0]).0;

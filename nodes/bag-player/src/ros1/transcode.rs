@@ -8,6 +8,9 @@ use super::definition::{Kind, Member, Shape};
 /// Plain CDR, little endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
+/// Messages without a byte that a message may hold: nothing else bounds how many an array of arrays of them claims.
+const MOST_EMPTY: usize = 10_000;
+
 /// A message that does not fit its type.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum TranscodeError {
@@ -17,6 +20,9 @@ pub enum TranscodeError {
         /// Its length in bytes.
         bytes: usize,
     },
+    /// It holds messages that have no bytes without end.
+    #[error("the message holds more than {MOST_EMPTY} messages without a byte")]
+    TooManyEmpty,
     /// It has bytes after its last field.
     #[error("the message has {bytes} bytes after its last field")]
     TooLong {
@@ -27,7 +33,7 @@ pub enum TranscodeError {
 
 /// The message of these members, with its encapsulation.
 pub(super) fn transcode(members: &[Member], ros1: &[u8]) -> Result<Vec<u8>, TranscodeError> {
-    let mut writer = Writer { ros1, read: 0, cdr: Vec::with_capacity(ros1.len() + 64) };
+    let mut writer = Writer { ros1, read: 0, empty: 0, cdr: Vec::with_capacity(ros1.len() + 64) };
     writer.cdr.extend(ENCAPSULATION);
     writer.message(members, true)?;
     let left = ros1.len() - writer.read;
@@ -40,6 +46,8 @@ pub(super) fn transcode(members: &[Member], ros1: &[u8]) -> Result<Vec<u8>, Tran
 struct Writer<'a> {
     ros1: &'a [u8],
     read: usize,
+    /// Messages without a byte so far.
+    empty: usize,
     cdr: Vec<u8>,
 }
 
@@ -85,10 +93,15 @@ impl<'a> Writer<'a> {
                 }
             }
             Kind::Message(members) => {
-                // An empty message has no bytes, so that only this bounds their number.
-                let count = if members.is_empty() { count.min(self.ros1.len()) } else { count };
                 for _ in 0..count {
+                    let before = self.read;
                     self.message(members, kept)?;
+                    if self.read == before {
+                        self.empty += 1;
+                        if self.empty > MOST_EMPTY {
+                            return Err(TranscodeError::TooManyEmpty);
+                        }
+                    }
                 }
             }
         }

@@ -112,7 +112,7 @@ impl Codec {
 }
 
 /// The topics whose images are compressed, by their bare names.
-#[derive(Clone, Debug)]
+#[derive(Default, Clone, Debug)]
 pub(super) struct Compression {
     codecs: Arc<BTreeMap<String, Codec>>,
     type_name: Arc<str>,

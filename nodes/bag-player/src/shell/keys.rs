@@ -109,7 +109,7 @@ fn read_keys(sender: &mpsc::UnboundedSender<Key>, ended: &AtomicBool) {
         if read == 0 {
             return;
         }
-        for key in keys_in(&bytes[..read]) {
+        for key in keys_in(bytes.get(..read).unwrap_or(&bytes)) {
             if sender.send(key).is_err() {
                 return;
             }

@@ -114,3 +114,43 @@ fn read(
     // Without a receiver nobody needs the result.
     let _ = sender.send(Item::End(end));
 }
+
+#[cfg(test)]
+mod tests {
+    use geometry::Stamp;
+    use msgs::sensor_msgs::Image;
+
+    use super::*;
+    use crate::{Bag, BagWriter, OfferedQos, Selection};
+
+    #[tokio::test]
+    async fn no_more_is_read_ahead_than_the_limit() {
+        const IMAGE_BYTES: usize = 4 << 20;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("images.mcap");
+        let mut bag = BagWriter::create(&path).unwrap();
+        let channel = bag.channel::<Image>("/image", OfferedQos::reliable(1)).unwrap();
+        let image = Image { data: vec![0; IMAGE_BYTES], ..Image::default() };
+        for number in 0..20 {
+            let stamp = Stamp::from_nanos(number);
+            bag.write(channel, stamp, &image).unwrap();
+        }
+        bag.finish().unwrap();
+        let messages = Bag::open(&path).unwrap().messages(&Selection::default()).unwrap();
+        let mut ahead = ReadAhead::start(messages, &Compression::default()).unwrap();
+        let kib = IMAGE_BYTES / 1024 + 1;
+        let mut held = Vec::new();
+        // Whoever holds a message holds its share, so that reading waits in the end.
+        while ahead.share.available_permits() >= kib {
+            held.push(ahead.next().await.unwrap().unwrap());
+        }
+        let bytes: usize = held.iter().map(|ahead| ahead.message.data.len()).sum();
+        assert!(bytes <= READ_AHEAD_KIB as usize * 1024, "{bytes}");
+        held.clear();
+        let mut rest = 0;
+        while ahead.next().await.unwrap().is_some() {
+            rest += 1;
+        }
+        assert!(rest >= 20 - READ_AHEAD_KIB as usize / kib, "{rest}");
+    }
+}

@@ -98,7 +98,8 @@ impl Header {
         let mut header = [0; HEADER_BYTES];
         File::open(path)?.read_exact(&mut header)?;
         let number = |at: usize| {
-            u32::from_be_bytes([header[at], header[at + 1], header[at + 2], header[at + 3]])
+            let bytes = header.get(at..).and_then(|rest| rest.first_chunk());
+            bytes.map_or(0, |bytes| u32::from_be_bytes(*bytes))
         };
         // The page size has two bytes, 1 for 65536; the number of pages is valid where the change counter equals
         // the one that it was written with.

@@ -13,6 +13,8 @@ use crate::simulate::choice::ChoiceArgs;
 use robot::console;
 use robot::{Failure, Outcome};
 
+pub use map_file::read as read_grid;
+
 /// Arguments of `stillmap eval grid`.
 #[derive(Args, Debug)]
 #[command(after_help = "Example:

@@ -9,8 +9,9 @@ use simulator::Triangles;
 
 /// The vertices and triangles of a file. Polygons become fans of triangles.
 ///
-/// The error is a text for the author of the scene.
-pub(super) fn read(path: &Path) -> Result<Triangles, String> {
+/// # Errors
+/// When it is no such file; a text for the author of the scene.
+pub fn read(path: &Path) -> Result<Triangles, String> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     match extension.map(str::to_ascii_lowercase).as_deref() {
         Some("ply") => read_ply(path),

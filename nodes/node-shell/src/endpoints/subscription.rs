@@ -16,6 +16,10 @@ use crate::graph::inbox::{self, Queue, Received};
 use crate::graph::value::{Arrived, Incoming};
 use crate::process::throttle::Throttle;
 
+/// Senders whose last message is remembered: a node that starts again is another one each time. Of more all are forgotten, and what
+/// is missing before their next message is not counted.
+const MOST_SENDERS: usize = 1024;
+
 /// Receives messages of one type, from its own host and from outside.
 ///
 /// A [`ValueSubscription`] receives values of one type: those of its own host as they were published, those from outside as
@@ -211,23 +215,12 @@ impl<I: Incoming> Subscription<I> {
             self.counters.count_malformed();
             return None;
         }
-        let lost_before = self.lost_before(sender, info.sequence_number())?;
+        let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
+        let lost_before = missing_before(&mut sequence, sender, info.sequence_number())?;
+        drop(sequence);
         let sent = info.source_timestamp().map(|time| Stamp::from_nanos(time.to_nanos()));
         let received = Received { message: Arc::new(message), sent };
         Some(Waiting { received, lost_before })
-    }
-
-    /// How many messages are missing between this one and the last one of the same sender; none for a message
-    /// that was there before, which a new reader finds once more.
-    fn lost_before(&self, sender: GUID, number: i64) -> Option<u64> {
-        let mut sequence = self.sequence.lock().unwrap_or_else(PoisonError::into_inner);
-        let last = sequence.get(&sender).copied();
-        if last.is_some_and(|last| number <= last) {
-            return None;
-        }
-        sequence.insert(sender, number);
-        let lost = last.map_or(0, |last| number.saturating_sub(last).saturating_sub(1));
-        Some(u64::try_from(lost).unwrap_or(0))
     }
 
     fn lock_waiting(&self) -> MutexGuard<'_, VecDeque<Waiting<I::Message>>> {
@@ -243,6 +236,52 @@ impl<I: Incoming> Subscription<I> {
                 self.topic,
                 I::Message::TYPE_NAME
             );
+        }
+    }
+}
+
+/// How many messages are missing between this one and the last one of the same sender; none for a message that was there
+/// before, which a new reader finds once more.
+fn missing_before(last: &mut BTreeMap<GUID, i64>, sender: GUID, number: i64) -> Option<u64> {
+    let before = last.get(&sender).copied();
+    if before.is_some_and(|before| number <= before) {
+        return None;
+    }
+    if before.is_none() && last.len() >= MOST_SENDERS {
+        last.clear();
+    }
+    last.insert(sender, number);
+    let missing = before.map_or(0, |before| number.saturating_sub(before).saturating_sub(1));
+    Some(u64::try_from(missing).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sender(number: u32) -> GUID {
+        let mut bytes = [0; 16];
+        bytes[..4].copy_from_slice(&number.to_le_bytes());
+        GUID::from_bytes(bytes)
+    }
+
+    #[test]
+    fn what_is_missing_is_counted_by_sender_and_what_comes_twice_is_none() {
+        let mut last = BTreeMap::new();
+        assert_eq!(missing_before(&mut last, sender(1), 5), Some(0));
+        assert_eq!(missing_before(&mut last, sender(2), 1), Some(0));
+        assert_eq!(missing_before(&mut last, sender(1), 8), Some(2));
+        assert_eq!(missing_before(&mut last, sender(1), 8), None);
+        assert_eq!(missing_before(&mut last, sender(1), i64::MAX), Some(i64::MAX as u64 - 9));
+    }
+
+    /// A sender was remembered as long as the node ran, and each start of a node is another one.
+    #[test]
+    fn senders_that_come_and_go_take_no_more_memory() {
+        let mut last = BTreeMap::new();
+        for number in 0..10_000 {
+            assert_eq!(missing_before(&mut last, sender(number), 1), Some(0));
+            assert!(last.len() <= MOST_SENDERS);
         }
     }
 }

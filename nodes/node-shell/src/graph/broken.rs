@@ -56,3 +56,24 @@ impl Broken {
         self.silent.remove(place).map(|one| one.unconcerned)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn those_that_fell_silent_last_are_remembered() {
+        let mut broken = Broken::default();
+        let prefix = |number: u16| {
+            let mut prefix = [0; 12];
+            prefix[..2].copy_from_slice(&number.to_le_bytes());
+            prefix
+        };
+        for number in 0..1000_u16 {
+            let forgotten = broken.fell_silent(prefix(number), BTreeSet::new());
+            assert_eq!(forgotten, number.checked_sub(MOST as u16).map(prefix));
+        }
+        assert_eq!(broken.silent.len(), MOST);
+        assert!(broken.heard(prefix(0)).is_none() && broken.heard(prefix(999)).is_some());
+    }
+}

@@ -110,3 +110,18 @@ fn now() -> Stamp {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     Stamp::from_nanos(i64::try_from(since_epoch.as_nanos()).unwrap_or(i64::MAX))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn as_many_messages_wait_as_the_depth_says_and_the_others_are_counted() {
+        let queue = Queue::new(3);
+        (0..10).for_each(|number| queue.put(Arc::new(number)));
+        let taken: Vec<(u64, i32)> = std::iter::from_fn(|| queue.take())
+            .map(|taken| (taken.missed, *taken.received.message))
+            .collect();
+        assert_eq!(taken, [(7, 7), (0, 8), (0, 9)]);
+    }
+}

@@ -179,4 +179,19 @@ mod tests {
         assert!(names.of_participant([0xab; 12]).starts_with("participant abab"));
         assert!(of(&names, 0xab, 1).starts_with("of participant"));
     }
+
+    #[test]
+    fn names_of_so_many_participants_are_kept_and_no_more() {
+        let mut names = NodeNames::default();
+        for number in 0..2 * MOST_PARTICIPANTS as u32 {
+            let mut participant = [0; 16];
+            participant[..4].copy_from_slice(&number.to_le_bytes());
+            names.take(ParticipantNodes { participant, nodes: Vec::new() });
+        }
+        assert_eq!(names.participants.len(), MOST_PARTICIPANTS);
+        // Those that are known may change.
+        let nodes = vec![node("driver", guid(0, 1))];
+        names.take(ParticipantNodes { participant: [0; 16], nodes });
+        assert_eq!(names.of_participant([0; 12]), "node /driver");
+    }
 }

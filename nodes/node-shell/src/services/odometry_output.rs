@@ -183,3 +183,34 @@ impl OdometryOutput {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Host, RosArguments};
+
+    #[test]
+    fn the_path_has_the_latest_poses() {
+        let arguments = RosArguments::parse(Vec::<String>::new()).unwrap();
+        let node = Host::in_process().node("pose", &arguments).unwrap();
+        let name = |name: &str| name.to_owned();
+        let frames = OdometryFrames {
+            odom_frame_id: name("odom"),
+            base_frame_id: name("base_link"),
+            map_frame_id: name("map"),
+        };
+        let mut output = OdometryOutput::new(&node, frames, false, 3).unwrap();
+        for second in 0..10 {
+            output.publish(&PublishedPose {
+                stamp: Stamp::from_nanos(second * 1_000_000_000),
+                odom_from_base: &Isometry3::translation(second as f64, 0.0, 0.0),
+                covariance: &Matrix6::identity(),
+                covariance_in_base: &Matrix6::identity(),
+                map_from_odom: None,
+            });
+        }
+        assert_eq!(output.path_fill(), (3, 3));
+        let along_m: Vec<f64> = output.path.iter().map(|pose| pose.pose.position.x).collect();
+        assert_eq!(along_m, [7.0, 8.0, 9.0]);
+    }
+}

@@ -81,7 +81,7 @@ impl Payload {
     }
 
     fn body(&self) -> &[u8] {
-        &self.encoded[HEADER..]
+        self.encoded.get(HEADER..).unwrap_or_default()
     }
 }
 
@@ -124,14 +124,16 @@ fn around_counted_bytes(body: &[u8]) -> (&[u8], Option<&[u8]>, &[u8]) {
     if body.len() < LONG_BODY {
         return (body, None, &[]);
     }
-    let (places, _) = body[..FRONT].as_chunks::<COUNT>();
+    let (places, _) = body.get(..FRONT).unwrap_or(body).as_chunks::<COUNT>();
     for (place, count) in places.iter().enumerate() {
         let start = (place + 1) * COUNT;
         let count = u32::from_le_bytes(*count) as usize;
-        let rest = body.len() - start;
-        if (rest.saturating_sub(BACK)..=rest).contains(&count) {
-            let (counted, after) = body[start..].split_at(count);
-            return (&body[..start - COUNT], Some(counted), after);
+        let Some((front, behind)) = body.split_at_checked(start) else { break };
+        if (behind.len().saturating_sub(BACK)..=behind.len()).contains(&count)
+            && let Some((counted, after)) = behind.split_at_checked(count)
+        {
+            let before = front.get(..front.len() - COUNT).unwrap_or_default();
+            return (before, Some(counted), after);
         }
     }
     (body, None, &[])

@@ -3,6 +3,7 @@
 //! The keyframes that see a landmark, the covisibility, and the children of a keyframe follow from the rest, and are no parts: they
 //! cannot be wrong after assembly. Ids are assigned again, in the order of those before, so that anything that depends on
 //! their order continues alike.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod assembly;
 mod checks;

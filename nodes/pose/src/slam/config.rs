@@ -33,6 +33,8 @@ pub struct LocaliserConfig {
     pub drift_per_rad: f64,
     /// This many frames in a row are off by the same: they show the same landmarks, whose places are wrong alike.
     pub alike_frames: f64,
+    /// The map grows up to this many keyframes. When it has them, the camera is placed in what there is.
+    pub max_keyframes: usize,
     /// Whether the map grows and is corrected; otherwise the camera is only placed in it.
     pub is_mapping: bool,
 }
@@ -49,6 +51,8 @@ impl Default for LocaliserConfig {
             drift_per_rad: 0.01,
             // A second of a view.
             alike_frames: 30.0,
+            // Of some 110 kB each, a gigabyte: hours in places that are new.
+            max_keyframes: 10_000,
             is_mapping: true,
         }
     }

@@ -147,7 +147,7 @@ impl Localiser {
                 let is_beyond = self.since_located >= self.config.frames_beyond_map;
                 let request = if !is_beyond {
                     None
-                } else if self.config.is_mapping {
+                } else if self.may_grow(map) {
                     self.keep(room, camera, &guess, None)
                 } else {
                     self.look(Arc::clone(&room.frame), camera, Some(pose.camera_from_map))
@@ -218,6 +218,11 @@ impl Localiser {
         Localised { state, map_from_odom: self.map_from_odom, pose }
     }
 
+    /// Whether the map may have another keyframe.
+    fn may_grow(&self, map: &Map) -> bool {
+        self.config.is_mapping && map.keyframes().len() < self.config.max_keyframes
+    }
+
     /// Whether a frame that shows what the map has is to be kept.
     fn kept(
         &mut self,
@@ -227,7 +232,7 @@ impl Localiser {
         (located, reference): (&Located, KeyframeId),
         is_idle: bool,
     ) -> Option<Request> {
-        if !self.config.is_mapping || self.since_keyframe < self.config.least_frames_between {
+        if !self.may_grow(map) || self.since_keyframe < self.config.least_frames_between {
             return None;
         }
         let frame = FollowedFrame {

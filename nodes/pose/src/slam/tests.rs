@@ -67,6 +67,19 @@ fn the_camera_is_placed_in_the_map_that_it_makes() {
 }
 
 #[test]
+fn a_map_that_is_full_has_no_further_keyframe_and_still_places_the_camera() {
+    let (room, mut camera) = (room(), Camera::new(looking_about, Spoil::default(), 1));
+    let mut config = config();
+    config.localiser.max_keyframes = 2;
+    let mut slam = Slam::inline(&config).unwrap();
+    let frames = follow(&mut slam, &mut camera, &room, 0..60);
+    assert_eq!(slam.mapping().map().keyframes().len(), 2);
+    let located = frames.iter().filter(|frame| frame.localised.state == MapState::Located).count();
+    assert!(located > 40, "{located}");
+    assert!(frames.iter().all(|frame| frame.camera_from_map().is_some()));
+}
+
+#[test]
 fn the_same_frames_give_the_same_poses_bit_for_bit() {
     let room = room();
     let run = || {

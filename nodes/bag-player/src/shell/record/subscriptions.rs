@@ -15,6 +15,9 @@ use super::quality::{Quality, WAITING_SMALL};
 use super::queue::{Job, Queue};
 use super::summary::RecordedTopic;
 
+/// Topics that are recorded, or refused, at most: a graph has some hundred, and a peer may announce any number.
+const MOST_TOPICS: usize = 1000;
+
 /// All of them.
 pub(super) struct Subscriptions<'a> {
     node: &'a Node,
@@ -25,6 +28,7 @@ pub(super) struct Subscriptions<'a> {
     /// Those with publishers of another type, which was logged.
     of_two_types: BTreeSet<String>,
     recorded: usize,
+    is_full: bool,
     stop: watch::Sender<bool>,
     listening: JoinSet<RecordedTopic>,
 }
@@ -64,6 +68,7 @@ impl<'a> Subscriptions<'a> {
             known: BTreeMap::new(),
             of_two_types: BTreeSet::new(),
             recorded: 0,
+            is_full: false,
             stop: watch::Sender::new(false),
             listening: JoinSet::new(),
         }
@@ -75,6 +80,7 @@ impl<'a> Subscriptions<'a> {
         for publisher in publishers() {
             let DiscoveredEndpoint { topic, type_name, .. } = publisher;
             match self.known.get(topic) {
+                None if self.known.len() >= MOST_TOPICS => self.refuse_more(),
                 None if self.wanted.contains(topic) => {
                     let of_topic = publishers()
                         .filter(|one| one.topic == *topic && one.type_name == *type_name);
@@ -87,6 +93,14 @@ impl<'a> Subscriptions<'a> {
                 }
                 _ => {}
             }
+        }
+    }
+
+    fn refuse_more(&mut self) {
+        if !std::mem::replace(&mut self.is_full, true) {
+            tracing::warn!(
+                "there are more than {MOST_TOPICS} topics: further ones are not recorded"
+            );
         }
     }
 
@@ -207,5 +221,39 @@ impl Ear {
         };
         topic.recorded += 1;
         self.queue.put(job).await
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use node_shell::{DiscoveredQos, Host, ParticipantId, Qos, RosArguments};
+
+    use super::super::queue::WAITING_BYTES;
+    use super::*;
+
+    /// Each topic that a peer announced was subscribed to, however many.
+    #[tokio::test]
+    async fn a_peer_with_any_number_of_topics_costs_no_more_than_a_thousand() {
+        let arguments = RosArguments::parse(Vec::<String>::new()).unwrap();
+        let node = Host::in_process().node("recorder", &arguments).unwrap();
+        let (queue, _taken) = Queue::new(WAITING_BYTES);
+        let wanted = Wanted::AllBut(BTreeSet::new());
+        let mut subscriptions = Subscriptions::new(&node, wanted, queue);
+        // Names that are none are remembered like others, and cost the test nothing.
+        let topic = |number: u32| DiscoveredEndpoint {
+            role: Role::Publisher,
+            topic: format!("no name {number}"),
+            type_name: "std_msgs/msg/String".to_owned(),
+            qos: DiscoveredQos::of_publisher(&Qos::reliable(1)),
+            node: None,
+            is_before_iron: false,
+            participant: ParticipantId([0; 12]),
+            addresses: BTreeSet::new(),
+        };
+        for number in 0..2 * MOST_TOPICS as u32 {
+            subscriptions.open_more(&[topic(number)]);
+        }
+        assert_eq!(subscriptions.known.len(), MOST_TOPICS);
+        assert!(subscriptions.is_full);
     }
 }

@@ -8,6 +8,7 @@
 //!
 //! `#` begins a comment. A first line without any number is a header. Lines may end with CR LF.
 //! A pose with a non-finite number is not an error, since trackers write such poses when they are lost; it is counted.
+#![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod number;
 #[cfg(test)]

@@ -25,7 +25,7 @@ struct MapYaml {
 ///
 /// # Errors
 /// When a file cannot be read, or is another one.
-pub(super) fn read(path: &Path) -> Result<OccupancyGrid, Failure> {
+pub fn read(path: &Path) -> Result<OccupancyGrid, Failure> {
     let wrong =
         |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;

@@ -39,17 +39,17 @@ impl Calibration {
             CalibrationFileError::Yaml { reason }
         })?;
         let count = file.lasers.len();
-        let mut lasers = Vec::with_capacity(count);
-        for laser in 0..count {
-            let mut found = file.lasers.iter().filter(|entry| entry.laser_id == laser);
-            match (found.next(), found.count()) {
-                (Some(entry), 0) => lasers.push(entry.calibration()),
-                (entry, more) => {
-                    let times = usize::from(entry.is_some()) + more;
-                    return Err(CalibrationFileError::Laser { laser, times, lasers: count });
-                }
+        let mut entries = file.lasers;
+        entries.sort_by_key(|entry| entry.laser_id);
+        for (laser, entry) in entries.iter().enumerate() {
+            if entry.laser_id != laser {
+                // Sorted, the first that is not in its place is one that is missing, or the second of one.
+                let laser = laser.min(entry.laser_id);
+                let times = entries.iter().filter(|entry| entry.laser_id == laser).count();
+                return Err(CalibrationFileError::Laser { laser, times, lasers: count });
             }
         }
+        let lasers = entries.iter().map(Laser::calibration).collect();
         Ok(Self { range_step_m: file.distance_resolution, lasers })
     }
 }

@@ -188,6 +188,13 @@ fn accepted_form(default: &Value) -> String {
 }
 
 /// The least number of insertions, deletions and substitutions between two names (Levenshtein).
+#[cfg_attr(
+    not(test),
+    expect(
+        clippy::indexing_slicing,
+        reason = "the row has a place for each character, and one more"
+    )
+)]
 fn edit_distance(left: &str, right: &str) -> usize {
     let right: Vec<char> = right.chars().collect();
     let mut row: Vec<usize> = (0..=right.len()).collect();

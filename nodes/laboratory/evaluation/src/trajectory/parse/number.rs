@@ -28,7 +28,8 @@ pub(super) fn decimal_seconds(text: &str) -> Option<Stamp> {
         // As 1.305031e+09; in range, so the cast is exact but for rounding.
         return Some(Stamp::from_nanos((in_range * NANOS_PER_SECOND).round() as i64));
     }
-    let fraction = &fraction[..fraction.len().min(NANO_DIGITS)];
+    // Digits alone: a place of one is the end of another.
+    let fraction = fraction.get(..NANO_DIGITS).unwrap_or(fraction);
     let nanos: i64 = format!("{fraction:0<NANO_DIGITS$}").parse().ok()?;
     let whole: i64 = if whole.is_empty() { 0 } else { whole.parse().ok()? };
     Some(Stamp::from_nanos(sign * (whole * 1_000_000_000 + nanos)))
