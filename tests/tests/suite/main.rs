@@ -29,6 +29,7 @@ mod packages;
 mod packaging;
 mod parameter_table;
 mod pose_sources;
+mod reliability;
 mod trajectory;
 mod transforms;
 
