@@ -82,6 +82,8 @@ pub enum CsvError {
 /// A shot belongs to the row whose laser is nearest to its elevation; coordinates that are not finite, or all zero,
 /// are no returns. The times of shots are unknown: all are 0.
 ///
+/// Revolutions are made one by one: each has room for all shots of its scanner, 600 kB and more, however short its line is.
+///
 /// # Errors
 /// When a value is no number, or the two files do not fit each other.
 pub fn revolutions_from_csv(
@@ -89,7 +91,7 @@ pub fn revolutions_from_csv(
     intensities: &str,
     model: Model,
     frame_id: &str,
-) -> Result<Vec<Revolution>, CsvError> {
+) -> Result<impl Iterator<Item = Revolution> + use<>, CsvError> {
     let coordinates = lines(coordinates, CsvFile::Coordinates)?;
     let intensities = lines(intensities, CsvFile::Intensities)?;
     if coordinates.len() != intensities.len() {
@@ -104,21 +106,14 @@ pub fn revolutions_from_csv(
         .map(|elevation_deg| elevation_deg.to_radians() as f32)
         .collect();
     let columns = (1.0 / (TURN_RATE_HZ * model.firing_period_s())) as usize;
-    let pairs = coordinates.iter().zip(&intensities);
-    pairs
-        .filter_map(|(points, intensities)| {
-            let checked = points.check(intensities);
-            let revolution = || {
-                let stamp = Stamp::default().plus_seconds(points.time_ms / 1000.0);
-                let rows = points.rows(intensities, &rows);
-                organised(stamp, frame_id, rows, columns, TAU / 2.0)
-            };
-            match checked {
-                Ok(()) => revolution().map(Ok),
-                Err(error) => Some(Err(error)),
-            }
-        })
-        .collect()
+    let pairs: Vec<(Line, Line)> = coordinates.into_iter().zip(intensities).collect();
+    pairs.iter().try_for_each(|(points, intensities)| points.check(intensities))?;
+    let frame_id = frame_id.to_owned();
+    Ok(pairs.into_iter().filter_map(move |(points, intensities)| {
+        let stamp = Stamp::default().plus_seconds(points.time_ms / 1000.0);
+        let rows = points.rows(&intensities, &rows);
+        organised(stamp, &frame_id, rows, columns, TAU / 2.0)
+    }))
 }
 
 /// How fast the scanner is taken to turn: all that depends on it is how many columns there are.
@@ -202,6 +197,7 @@ mod tests {
 
     fn read(coordinates: &str, intensities: &str) -> Result<Vec<Revolution>, CsvError> {
         revolutions_from_csv(coordinates, intensities, Model::Hdl32e, "velodyne")
+            .map(Iterator::collect)
     }
 
     #[test]

@@ -32,19 +32,20 @@ pub struct CsvArgs {
 
 pub(crate) fn import(args: &CsvArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let (coordinates, intensities) = (read(&args.coordinates)?, read(&args.intensities)?);
-    let revolutions =
+    let mut revolutions =
         revolutions_from_csv(&coordinates, &intensities, args.model.model(), "velodyne")
-            .map_err(|error| Failure::new(error.to_string()).within(args.coordinates.display()))?;
-    if revolutions.is_empty() {
+            .map_err(|error| Failure::new(error.to_string()).within(args.coordinates.display()))?
+            .peekable();
+    if revolutions.peek().is_none() {
         return Err(Failure::new(format!("{} has no revolution", args.coordinates.display()))
             .fix("a line is a revolution: its time in milliseconds, and x y z of each shot"));
     }
     let mut bag = args.output.create()?;
-    for revolution in &revolutions {
+    for revolution in revolutions {
         if interrupt.has_come() {
             break;
         }
-        bag.velodyne(revolution.stamp, &message_from_revolution(revolution))?;
+        bag.velodyne(revolution.stamp, &message_from_revolution(&revolution))?;
     }
     let summary = bag.finish()?;
     print_summary(&args.output, &summary, interrupt, Outcome::Complete)

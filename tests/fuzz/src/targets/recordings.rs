@@ -10,8 +10,8 @@ use crate::{MemoryBound, Target};
 
 /// A scan of KITTI has 64 rows of 2250 columns, however few points are in it.
 const SCANS: MemoryBound = MemoryBound { base_bytes: 64 << 20, per_byte: 512 };
-/// A line of CSV becomes a whole revolution: a row of the scanner for each laser.
-const REVOLUTIONS: MemoryBound = MemoryBound { base_bytes: 64 << 20, per_byte: 1 << 20 };
+/// A line of CSV becomes a whole revolution, one at a time.
+const REVOLUTIONS: MemoryBound = MemoryBound { base_bytes: 8 << 20, per_byte: 512 };
 
 pub(super) const TARGETS: &[Target] = &[
     Target {
@@ -84,5 +84,9 @@ fn kitti_scans() -> Vec<Vec<u8>> {
 fn csv(bytes: &[u8]) {
     let mut parts = bytes.splitn(2, |byte| *byte == 0).map(text_of);
     let (coordinates, intensities) = (parts.next().unwrap_or(""), parts.next().unwrap_or(""));
-    let _ = revolutions_from_csv(coordinates, intensities, Model::Vlp16, "velodyne");
+    if let Ok(revolutions) =
+        revolutions_from_csv(coordinates, intensities, Model::Vlp16, "velodyne")
+    {
+        assert!(revolutions.map(|revolution| revolution.rows()).all(|rows| rows > 0));
+    }
 }
