@@ -40,7 +40,9 @@ pub(crate) fn explore(targets: &[Target], arguments: &Arguments) -> ExitCode {
                 continue;
             }
             is_left = true;
-            progress.turn(arguments.seed, cases, TURN_S.min(left_s));
+            // In a short run each has a turn all the same.
+            let share_s = (seconds / targets.len() as f64).min(TURN_S);
+            progress.turn(arguments.seed, cases, share_s.min(left_s));
         }
         turn += 1;
         if !is_left {
