@@ -196,7 +196,7 @@ impl Detector {
             View::PointsInCamera(cloud) => cloud,
             View::OrganisedPoints(cloud) => cloud.cloud(),
         };
-        let cloud = in_camera.transformed(&self.setup.mounts.rig_from_camera, frame_id);
+        let cloud = in_camera.clone().transformed(&self.setup.mounts.rig_from_camera, frame_id);
         self.voxels.clear();
         self.voxels.push_all(&cloud.points_m);
         let (points_m, voxel_points) = self.voxels.finish_counted();
