@@ -30,6 +30,9 @@ fn pose(text: &str) -> Isometry3<f64> {
 /// As many triangles as the node of the map has in a message.
 const MESSAGE_TRIANGLES: usize = 1_000;
 
+/// Farther from the camera there is neither a surface nor evidence.
+const REACH_M: f64 = 6.0;
+
 /// Every eighth pixel's point along each axis: about as many as a cloud has that was reduced to voxels of 8 cm.
 fn points_of(frame: &DepthFrame, map_from_camera: &Isometry3<f64>) -> Vec<Point3<f64>> {
     let (depths_mm, camera) = (frame.depths_mm(), frame.camera());
@@ -39,7 +42,8 @@ fn points_of(frame: &DepthFrame, map_from_camera: &Isometry3<f64>) -> Vec<Point3
         let depth_m = f64::from(depths_mm[row * 640 + column]) / 1e3;
         let x = (column as f64 - camera.cx_px) / camera.fx_px;
         let y = (row as f64 - camera.cy_px) / camera.fy_px;
-        (depth_m > 0.0).then(|| map_from_camera * Point3::new(x * depth_m, y * depth_m, depth_m))
+        (depth_m > 0.0 && depth_m <= REACH_M)
+            .then(|| map_from_camera * Point3::new(x * depth_m, y * depth_m, depth_m))
     };
     pixels.filter_map(point).collect()
 }
@@ -83,10 +87,10 @@ fn main() {
 
     let range = DepthRange { min_m: 0.1, max_m: 6.0 };
     let mut view = DepthView::new(range, DepthNoise::default()).unwrap();
-    let config = SurfaceConfig { edge_m, reach_m: 6.0, has_colour, ..SurfaceConfig::default() };
+    let config = SurfaceConfig { edge_m, reach_m: REACH_M, has_colour, ..SurfaceConfig::default() };
     let mut surface = Surface::new(config).unwrap();
     let mut occupancy =
-        Occupancy::new(OccupancyConfig { reach_m: 6.0, ..Default::default() }).unwrap();
+        Occupancy::new(OccupancyConfig { reach_m: REACH_M, ..Default::default() }).unwrap();
     let (mut ms, mut preparation, mut space) = (Vec::new(), Vec::new(), Vec::new());
     let (mut follower, mut mesh) = (MeshFollower::default(), Vec::new());
     let mut update = None;
@@ -102,8 +106,9 @@ fn main() {
         update = Some(surface.integrate(&view, executor));
         ms.push(prepared_ms + lap_ms());
         occupancy.begin_cycle(frame.image().stamp);
-        let camera_in_map = map_from_camera.translation.vector.into();
-        occupancy.integrate(&camera_in_map, &view, &points_of(frame, map_from_camera));
+        let grid = *occupancy.grid();
+        let points = points_of(frame, map_from_camera);
+        occupancy.integrate(&view, points.iter().map(|point| grid.key(point)));
         preparation.push(prepared_ms);
         space.push(lap_ms());
         follower.follow(&surface);

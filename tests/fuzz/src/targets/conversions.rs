@@ -219,8 +219,10 @@ fn cycles(bytes: &[u8]) {
     if let Some(message) = decoded::<DynamicZones>(bytes) {
         let _ = convert::zones_from_message(&message);
     }
-    if let Some(message) = decoded::<Tracks>(bytes) {
-        let _ = convert::tracks_from_message(&message);
+    if let Some(message) = decoded::<Tracks>(bytes)
+        && let Ok(tracks) = convert::tracks_from_message(&message)
+    {
+        let _ = convert::message_from_tracks(&tracks);
     }
 }
 
@@ -230,7 +232,7 @@ fn cycle_messages() -> Vec<Vec<u8>> {
         bytes(&convert::message_from_detected_cycle(&detected)),
         bytes(&convert::message_from_segmented_cycle(&segmented)),
         bytes(&convert::message_from_zones(&detected)),
-        bytes(&convert::message_from_tracks(&segmented, &[])),
+        bytes(&convert::message_from_tracks(&samples::tracks())),
     ]
 }
 

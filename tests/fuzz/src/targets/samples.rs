@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use geometry::{
-    CameraModel, Cloud, CycleSetup, DepthFrame, DepthImage, DepthPixels, DetectedCycle, Distortion,
-    DynamicZone, MaskedDepth, Method, MovingBeam, ReturnSpan, RigMounts, ScanRay, SegmentedCycle,
-    Stamp, ZoneSource, pose_from_vector,
+    CameraModel, Cloud, CycleSetup, CycleTracks, DepthFrame, DepthImage, DepthPixels,
+    DetectedCycle, Distortion, DynamicZone, MaskedDepth, Method, MovingBeam, ReturnSpan, RigMounts,
+    ScanRay, SegmentedCycle, Stamp, Track, ZoneSource, pose_from_vector,
 };
 use msgs::convert;
 use msgs::geometry_msgs::{PoseStamped, Transform, TransformStamped};
@@ -14,7 +14,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointClou
 use msgs::tf2_msgs::TFMessage;
 use msgs::velodyne_msgs::{VelodynePacket, VelodyneScan};
 use msgs::{RosMessage, cdr};
-use nalgebra::Point3;
+use nalgebra::{Matrix6, Point3, Vector3};
 
 /// When all of them were made.
 pub(super) const STAMP: Stamp = Stamp::from_nanos(1_700_000_000_100_000_000);
@@ -42,7 +42,7 @@ pub(super) fn every_message() -> Vec<(&'static str, Vec<u8>)> {
         of(&convert::message_from_detected_cycle(&detected)),
         of(&convert::message_from_segmented_cycle(&segmented)),
         of(&convert::message_from_zones(&detected)),
-        of(&convert::message_from_tracks(&segmented, &[])),
+        of(&convert::message_from_tracks(&tracks())),
         of(&velodyne_scan()),
     ]
 }
@@ -221,7 +221,7 @@ pub(super) fn detected_cycle() -> DetectedCycle {
 }
 
 fn depth_frame() -> Arc<DepthFrame> {
-    let frame = DepthFrame::new(&depth(), camera()).expect("the camera is the image's");
+    let frame = DepthFrame::new(depth(), camera()).expect("the camera is the image's");
     Arc::new(frame.with_colours(vec![[1, 2, 3]; 12]).expect("12 colours"))
 }
 
@@ -233,9 +233,28 @@ pub(super) fn segmented_cycle() -> SegmentedCycle {
         static_cloud: Cloud { frame_id: "map".to_owned(), ..cycle.reduced_cloud.clone() },
         dynamic_cloud: cycle.reduced_cloud,
         map_from_rig: cycle.map_from_rig,
-        depth: Some(MaskedDepth { frame: depth_frame(), is_moving: vec![true; 12] }),
+        depth: MaskedDepth::new(depth_frame(), vec![true; 12]).ok(),
         scan_rays: cycle.scan_rays,
         retracted_m: vec![Point3::new(1.5, -2.0, 0.25)],
+    }
+}
+
+pub(super) fn tracks() -> CycleTracks {
+    let cycle = detected_cycle();
+    let track = Track {
+        id: 3,
+        position_m: Point3::new(1.5, -2.0, 0.9),
+        velocity_m_per_s: Vector3::new(0.5, 1.0, 0.0),
+        extent_m: Vector3::new(0.4, 0.5, 1.8),
+        covariance: Matrix6::identity(),
+        age_s: 2.5,
+        unseen_cycles: 1,
+    };
+    CycleTracks {
+        index: cycle.index,
+        stamp: cycle.reduced_cloud.stamp,
+        map_frame_id: cycle.map_frame_id,
+        tracks: vec![track],
     }
 }
 

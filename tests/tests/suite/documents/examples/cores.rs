@@ -1,8 +1,9 @@
 use std::error::Error;
+use std::sync::Arc;
 
 use detection::{CycleInput, DetectionConfig, Detector, View};
 use geometry::{
-    CameraModel, DepthImage, DepthPixels, DepthSizeError, Distortion, Scan, Stamp, ply,
+    CameraModel, DepthImage, DepthPixels, DepthSizeError, Distortion, RayTable, Scan, Stamp, ply,
 };
 use nalgebra::Isometry3;
 use reconstruction::{Map, ReconstructionConfig};
@@ -19,7 +20,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         distortion: Distortion::None,
     };
     let mut detector = Detector::new(DetectionConfig::default())?;
-    let projector = detector.depth_projector(&camera)?;
+    let projector = detector.depth_projector(RayTable::new(&camera)?);
     let mut segmenter = Segmenter::new(SegmentationConfig::default())?;
     let mut map = Map::new(ReconstructionConfig::default(), None)?;
     for cycle in 0..40 {
@@ -27,9 +28,10 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         let object_m = (cycle >= 20).then(|| -1.2 + 0.12 * f64::from(cycle - 20));
         let stamp = Stamp::from_nanos(i64::from(cycle) * 100_000_000);
         let (scan, image) = sensors(stamp, &camera, object_m)?;
+        let image = Arc::new(image);
         let input = CycleInput {
             scan: &scan,
-            view: View::Depth { image: &image, projector: &projector },
+            view: View::Depth(projector.image(&image)?),
             map_from_rig: &Isometry3::identity(),
             map_frame_id: "map",
         };
