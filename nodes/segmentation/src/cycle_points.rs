@@ -50,7 +50,7 @@ impl<'a> CyclePoints<'a> {
 
     /// How many there are.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.in_map.len()
     }
 

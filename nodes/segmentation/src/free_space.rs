@@ -233,7 +233,7 @@ impl FreeSpaceSegmenter {
             self.depth_view.clear();
         }
         let is_hit = |point: &usize| !is_dynamic[*point] && self.is_in_reach(points, *point);
-        let hits = (0..points.len()).filter(is_hit).map(|point| points.voxels[point]);
+        let hits = (0..points.count()).filter(is_hit).map(|point| points.voxels[point]);
         let hits: Vec<VoxelKey> = hits.collect();
         let update = self.occupancy.integrate(&self.depth_view, hits);
         self.evidence_is_whole = !update.is_incomplete;

@@ -106,7 +106,7 @@ impl Tracker {
 
     /// Gives the groups of a cycle to the objects expected in it.
     pub fn update(&mut self, cycle: &CycleView<'_>, groups: &[MovingGroup]) -> TrackerOutput {
-        let mut group_of = vec![None; cycle.points.len()];
+        let mut group_of = vec![None; cycle.points.count()];
         for group in groups {
             for &point in &group.points {
                 group_of[point] = Some(group);

@@ -35,7 +35,7 @@ impl FreeSpaceSegmenter {
 
     /// The floor that this cycle shows, or else the one known, unless things lie below that.
     pub(super) fn floor_under(&self, points: &CyclePoints<'_>) -> Option<Floor> {
-        let near = (0..points.len()).filter(|&point| self.is_in_reach(points, point));
+        let near = (0..points.count()).filter(|&point| self.is_in_reach(points, point));
         let near: Vec<Point3<f64>> = near.map(|point| points.in_map[point]).collect();
         Floor::of(&near).or(self.floor.filter(|known| known.is_under(&near)))
     }
@@ -46,7 +46,7 @@ impl FreeSpaceSegmenter {
     /// there now is another object.
     pub(super) fn known_places(&mut self, points: &CyclePoints<'_>) -> Vec<Known> {
         let mut has_cleared = false;
-        let mut known = Vec::with_capacity(points.len());
+        let mut known = Vec::with_capacity(points.count());
         for (point, &voxel) in points.in_map.iter().zip(&points.voxels) {
             let place = self.occupancy.place(voxel);
             let is_gone = matches!(place, Place::Occupied { since, last }
@@ -117,7 +117,7 @@ impl FreeSpaceSegmenter {
             classes[point] == PointClass::SeenEmpty
                 && !self.recent_views.was_empty(&points.in_map[point], 0.0)
         };
-        let seeds: Vec<usize> = (0..points.len()).filter(only_no_return).collect();
+        let seeds: Vec<usize> = (0..points.count()).filter(only_no_return).collect();
         if seeds.is_empty() {
             return;
         }
@@ -164,11 +164,11 @@ impl FreeSpaceSegmenter {
         let is_floor = |point: usize| {
             self.floor.is_some_and(|floor| floor.height_above_m(&points.in_map[point]) <= edge_m)
         };
-        let may_be_body: Vec<bool> = (0..points.len())
+        let may_be_body: Vec<bool> = (0..points.count())
             .map(|point| self.is_in_reach(points, point) && !is_floor(point))
             .collect();
         let noise = self.depth_view.noise();
-        let is_intermittent: Vec<bool> = (0..points.len())
+        let is_intermittent: Vec<bool> = (0..points.count())
             .map(|point| {
                 let sigma_m = f64::from(noise.sigma_m(points.distances_m[point] as f32));
                 may_be_body[point]

@@ -23,8 +23,11 @@ const MARKS: [(&str, &str); 6] = [
     ("slow", "it takes longer than a test may; the gate runs it, or its like"),
 ];
 
-/// A domain for the pages that send, apart from those of the other tests.
-const DOMAIN: &str = "151";
+/// A domain for the pages that send, apart from that of another run of the tests.
+fn domain_id() -> String {
+    // Above 100 the ports are those that the kernel gives to anybody.
+    (51 + std::process::id() % 50).to_string()
+}
 
 /// The files that the pages name beside those that their own commands make.
 fn data(page: &str, folder: &Path) {
@@ -91,7 +94,7 @@ fn run(name: &str) {
             .args(["-euc", &block.text])
             .current_dir(folder.path())
             .env("PATH", &programs)
-            .env("ROS_DOMAIN_ID", DOMAIN)
+            .env("ROS_DOMAIN_ID", domain_id())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .stdin(Stdio::null())
             .output()
