@@ -1,7 +1,7 @@
 //! The points of one cycle, with what is asked of each of them more than once.
 
 use geometry::{DetectedCycle, VoxelGrid, VoxelKey};
-use nalgebra::{Isometry3, Point3, Vector2, distance};
+use nalgebra::{Isometry3, Point3, Vector2, Vector3, distance};
 
 /// A point nearer to the camera's plane than this has no slope that means anything.
 pub(crate) const MIN_SLOPE_DEPTH_M: f64 = 0.1;
@@ -19,7 +19,7 @@ pub struct CyclePoints<'a> {
     pub voxels: Vec<VoxelKey>,
     /// How far each is from the camera.
     pub distances_m: Vec<f64>,
-    /// The slopes of the ray from the camera to each, if it lies before the camera; see [`Self::slopes_to`].
+    /// The slopes of the ray from the camera to each, if it lies before the camera: sideways and upward, for each metre forward in the rig.
     pub slopes: Vec<Option<Vector2<f64>>>,
     continuous_from_rig: Isometry3<f64>,
 }
@@ -39,7 +39,7 @@ impl<'a> CyclePoints<'a> {
             distances_m: in_map.iter().map(|point| distance(point, &camera_in_map)).collect(),
             slopes: points_in_rig_m
                 .iter()
-                .map(|point| slopes(&camera_in_rig_m, &point.cast::<f64>()))
+                .map(|point| slopes_of(&(point.cast::<f64>() - camera_in_rig_m)))
                 .collect(),
             cycle,
             camera_in_map,
@@ -54,24 +54,17 @@ impl<'a> CyclePoints<'a> {
         self.in_map.len()
     }
 
-    /// Sideways and upward slope of the ray from the camera to a place of the map, for each metre forward in the rig; `None` beside or
-    /// behind the camera, and for what is not finite.
+    /// The ray from the camera to a place of the map, along the axes of the rig.
     #[must_use]
-    pub fn slopes_to(&self, place_in_map: &Point3<f64>) -> Option<Vector2<f64>> {
+    pub fn ray_to_m(&self, place_in_map: &Point3<f64>) -> Vector3<f64> {
         let in_rig = self.continuous_from_rig.inverse_transform_point(place_in_map);
-        slopes(&self.cycle.setup.mounts.camera_in_rig_m(), &in_rig)
-    }
-
-    /// How far before the camera, along the rig's x axis, a place of the map is.
-    #[must_use]
-    pub fn depth_of_m(&self, place_in_map: &Point3<f64>) -> f64 {
-        let in_rig = self.continuous_from_rig.inverse_transform_point(place_in_map);
-        in_rig.x - self.cycle.setup.mounts.camera_in_rig_m().x
+        in_rig - self.cycle.setup.mounts.camera_in_rig_m()
     }
 }
 
-fn slopes(camera_in_rig_m: &Point3<f64>, point_in_rig: &Point3<f64>) -> Option<Vector2<f64>> {
-    let ray_m = point_in_rig - camera_in_rig_m;
+/// Sideways and upward slope of a ray from the camera, for each metre forward in the rig; `None` beside or behind the camera, and for
+/// what is not finite.
+pub(crate) fn slopes_of(ray_m: &Vector3<f64>) -> Option<Vector2<f64>> {
     let is_finite = ray_m.iter().all(|along_m| along_m.is_finite());
     (is_finite && ray_m.x > MIN_SLOPE_DEPTH_M).then(|| Vector2::new(ray_m.y, ray_m.z) / ray_m.x)
 }

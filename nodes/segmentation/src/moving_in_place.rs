@@ -15,7 +15,7 @@ use nalgebra::Point3;
 use crate::FreeSpaceConfig;
 use crate::growth::{Candidates, PointClass};
 
-/// A body's parts among the points of a cycle.
+/// What of the points of a cycle may be part of a body, and come and go.
 #[derive(Clone, Copy)]
 pub(crate) struct Parts<'a> {
     /// The points, in the map.

@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use crate::cycle_points::CyclePoints;
+use crate::cycle_points::{CyclePoints, slopes_of};
 
 /// The right and the left border of the view. The image has more columns than some cameras ever measure in, so it is the widest
 /// that points showed.
@@ -35,7 +35,7 @@ impl View {
         points: &CyclePoints<'_>,
         place_in_map: &Point3<f64>,
     ) -> bool {
-        let slopes = points.slopes_to(place_in_map);
+        let slopes = slopes_of(&points.ray_to_m(place_in_map));
         slopes.is_some_and(|slopes| (self.right..=self.left).contains(&slopes.x))
     }
 

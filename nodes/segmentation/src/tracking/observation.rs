@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector2, Vector3};
 
-use crate::cycle_points::{CyclePoints, MIN_SLOPE_DEPTH_M};
+use crate::cycle_points::{CyclePoints, MIN_SLOPE_DEPTH_M, slopes_of};
 use crate::view::View;
 
 /// What the camera sees in one cycle.
@@ -149,11 +149,9 @@ fn visible_centre_m(seen: &[Seen]) -> Option<Point3<f64>> {
 /// direction to the width of a voxel.
 pub(super) fn is_hidden(cycle: &CycleView<'_>, place_in_map: &Point3<f64>) -> bool {
     let points = cycle.points;
-    let Some(direction) = points.slopes_to(place_in_map) else { return false };
-    let (nearer_m, width) = {
-        let depth_m = points.depth_of_m(place_in_map);
-        (depth_m - HIDING_M, cycle.cell_m / depth_m)
-    };
+    let ray_m = points.ray_to_m(place_in_map);
+    let Some(direction) = slopes_of(&ray_m) else { return false };
+    let (nearer_m, width) = (ray_m.x - HIDING_M, cycle.cell_m / ray_m.x);
     let camera_x_m = points.cycle.setup.mounts.camera_in_rig_m().x;
     points.slopes.iter().zip(&points.cycle.reduced_cloud.points_m).any(|(slopes, in_rig_m)| {
         slopes.is_some_and(|slopes| {
