@@ -54,7 +54,8 @@ pub struct MovingGroup {
 pub struct Prediction {
     /// The middle of its visible surface's box, in the map.
     pub centre_m: Point3<f64>,
-    /// Half its edge lengths along the axes of the map.
+    /// Half its edge lengths along the axes of the map, at most those of the largest object: a box that what the object uncovers may
+    /// widen would take in more of it in each cycle.
     pub half_extent_m: Vector3<f64>,
     /// Whether it was seen in the last cycle.
     pub was_seen: bool,
@@ -101,7 +102,7 @@ impl Tracker {
         for object in &mut self.objects {
             object.predict(dt_s, self.config.acceleration_m_per_s2);
         }
-        self.objects.iter().map(TrackedObject::expected).collect()
+        self.objects.iter().map(|object| object.expected(&self.config)).collect()
     }
 
     /// Gives the groups of a cycle to the objects expected in it.
@@ -216,10 +217,12 @@ impl Tracker {
     }
 
     fn begin(&mut self, observation: &Observation, cell_m: f64, evidence: MotionEvidence) {
+        // Else only the expectation of another object claims it: what that uncovers is none.
+        let shows_motion = evidence.is_newly_occupied || evidence.in_zone;
         let fragment = observation.is_split
             || observation.points.len() < MIN_BIRTH_POINTS
             || self.objects.iter().any(|object| object.covers(observation));
-        if !fragment && self.objects.len() < self.config.max_tracks {
+        if shows_motion && !fragment && self.objects.len() < self.config.max_tracks {
             let mut object = TrackedObject::new(observation, self.now_s, cell_m);
             object.add_motion_evidence(evidence, self.now_s);
             self.objects.push(object);

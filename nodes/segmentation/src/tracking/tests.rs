@@ -198,3 +198,29 @@ fn all_of_what_was_seen_is_expected_wherever_most_of_its_pixels_are() {
         assert!(offset_m <= expected.half_extent_m, "{point}: {offset_m} of {expected:?}");
     }
 }
+
+/// Regression: the background that a person who left had hidden became an object of its own, and was removed to the end of a recording.
+#[test]
+fn what_only_the_expectation_of_another_object_claims_begins_no_track() {
+    for shows_motion in [true, false] {
+        let mut tracker = tracker();
+        for index in 0..4 {
+            let (cycle, mut groups) = cycle(index, &[(2.0, -0.8), (2.0, 0.8)]);
+            (groups[1].is_newly_occupied, groups[1].in_zone) = (shows_motion, false);
+            tracker.predict(cycle.reduced_cloud.stamp);
+            let tracks = tracker.update(&seen(&points_of(&cycle)), &groups).tracks;
+            let count = if shows_motion { 2 } else { 1 };
+            assert_eq!(tracks.len(), if index > 0 { count } else { 0 });
+        }
+    }
+}
+
+#[test]
+fn no_object_is_expected_to_be_larger_than_one_may_be() {
+    let mut tracker = tracker();
+    let row: Vec<(f64, f64)> = (0..6).map(|screen| (3.0, -1.0 + 0.4 * f64::from(screen))).collect();
+    update(&mut tracker, 0, &row);
+    let expected = tracker.predict(Stamp::from_nanos(143_000_000));
+    let half_width_m = FreeSpaceConfig::default().max_object_width_m / 2.0;
+    assert_eq!((expected.len(), expected[0].half_extent_m.y), (1, half_width_m));
+}

@@ -6,6 +6,7 @@ use nalgebra::{Matrix2, Matrix3, Point3, Vector3};
 use super::Prediction;
 use super::kalman::Filter;
 use super::observation::{Observation, Reach};
+use crate::FreeSpaceConfig;
 
 /// The squared Mahalanobis distance beyond which an observation is of another object: 99.9 % of two degrees
 /// of freedom.
@@ -121,11 +122,13 @@ impl TrackedObject {
         self.filter.position_m() + self.visible_offset_m
     }
 
-    pub(super) fn expected(&self) -> Prediction {
+    pub(super) fn expected(&self, config: &FreeSpaceConfig) -> Prediction {
         let Reach { down_m, up_m } = self.reach_m;
+        let (width_m, height_m) = (config.max_object_width_m, config.max_object_height_m);
+        let largest_m = Vector3::new(width_m, width_m, height_m);
         Prediction {
             centre_m: self.visible_centre_m() + (down_m + up_m) / 2.0,
-            half_extent_m: (up_m - down_m) / 2.0,
+            half_extent_m: (up_m - down_m).inf(&largest_m) / 2.0,
             was_seen: self.unseen_cycles == 0,
         }
     }
