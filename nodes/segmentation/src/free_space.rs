@@ -19,7 +19,6 @@ use crate::cycle_points::CyclePoints;
 use crate::earlier_cycles::{EarlierCycles, StaticPoint};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
-use crate::moving_in_place::MovingInPlace;
 use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
@@ -41,7 +40,6 @@ pub struct FreeSpaceSegmenter {
     view: View,
     recent_views: RecentViews,
     earlier_cycles: EarlierCycles,
-    moving_in_place: MovingInPlace,
     floor: Option<Floor>,
     /// Where objects had points a cycle ago, in the map.
     last_object_voxels: HashSet<VoxelKey>,
@@ -68,7 +66,6 @@ impl FreeSpaceSegmenter {
             view: View::default(),
             recent_views: RecentViews::new(grid.edge_m()),
             earlier_cycles: EarlierCycles::default(),
-            moving_in_place: MovingInPlace::default(),
             floor: None,
             last_object_voxels: HashSet::new(),
             last: None,
@@ -114,7 +111,8 @@ impl FreeSpaceSegmenter {
         let seeds = seeds_of(&self.config, points, &classes, &candidates, &expected);
         observe(Step::Angular);
 
-        let groups = self.groups(points, &classes, &candidates, (&seeds, &moving_in_place));
+        let mut groups = self.groups(points, &classes, &candidates, (&seeds, &moving_in_place));
+        self.hold(points, &mut groups, stamp);
         observe(Step::DepthClustering);
 
         let seen = CycleView { points, view: self.view, cell_m: self.grid.edge_m() };
@@ -212,7 +210,6 @@ impl FreeSpaceSegmenter {
             self.last_object_voxels.clear();
             self.recent_views.clear();
             self.earlier_cycles.clear();
-            self.moving_in_place = MovingInPlace::default();
         }
         self.last = Some(stamp);
         self.occupancy.begin_cycle(stamp);
@@ -255,6 +252,18 @@ impl FreeSpaceSegmenter {
         (0..classes.len()).filter(is_kept).collect()
     }
 
+    /// Notes in the evidence where objects are now, and which of them have stayed in their places, seen or unseen, since long ago.
+    fn hold(&mut self, points: &CyclePoints<'_>, groups: &mut [MovingGroup], now: Stamp) {
+        for group in groups {
+            let has_stayed = |point: &&usize| {
+                let since = self.occupancy.hold_moving(points.voxels[**point]);
+                since.is_some_and(|since| now.seconds_since(since) >= self.config.max_stop_s)
+            };
+            group.has_stayed =
+                2 * group.points.iter().filter(has_stayed).count() >= group.points.len();
+        }
+    }
+
     /// Grows the objects from their seeds. In observed free space they grow without bound; through places of which nothing
     /// is known only as far as a body reaches.
     fn groups(
@@ -294,6 +303,7 @@ impl FreeSpaceSegmenter {
                     moves_in_place: points
                         .iter()
                         .any(|point| moving_in_place.binary_search(point).is_ok()),
+                    has_stayed: false,
                     points,
                 }
             })

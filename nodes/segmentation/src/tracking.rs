@@ -47,6 +47,8 @@ pub struct MovingGroup {
     pub is_newly_occupied: bool,
     /// Whether any of it was found to move in its place.
     pub moves_in_place: bool,
+    /// Whether in at least half of its places something that moves has been for so long that it is static.
+    pub has_stayed: bool,
 }
 
 /// Where a tracked object is predicted to be.
@@ -66,7 +68,7 @@ pub struct Prediction {
 pub struct TrackerOutput {
     /// The objects, by rising number.
     pub tracks: Vec<Track>,
-    /// Points of objects that have stopped for good: they are background from now on.
+    /// Points of objects that have stopped for good, and of what objects that are none had: they are background from now on.
     pub settled: Vec<usize>,
 }
 
@@ -122,6 +124,7 @@ impl Tracker {
                 in_zone: 2 * count(|group| group.in_zone) >= points.len(),
                 is_newly_occupied: count(|group| group.is_newly_occupied) > 0,
                 moves_in_place: 2 * count(|group| group.moves_in_place) >= points.len(),
+                has_stayed: 2 * count(|group| group.has_stayed) >= points.len(),
             }
         };
         let observations = self.observations(cycle, groups);
@@ -147,7 +150,7 @@ impl Tracker {
             }
         }
         self.join_parts(&observations, &given);
-        let settled = self.settle(&observations, &given);
+        let settled = self.settle(&observations, &given, |points| evidence_of(points).has_stayed);
         self.end();
         for (observation, _) in observations.iter().zip(&is_taken).filter(|(_, taken)| !**taken) {
             self.begin(observation, cycle.cell_m, evidence_of(&observation.points));
@@ -194,16 +197,20 @@ impl Tracker {
         }
     }
 
-    /// Drops the objects that have stopped for too long, and returns which points they had.
-    fn settle(&mut self, observations: &[Observation], given: &[Option<usize>]) -> Vec<usize> {
+    /// Drops the objects that have stopped for good, or that nothing shows to move, and returns which points they had.
+    fn settle(
+        &mut self,
+        observations: &[Observation],
+        given: &[Option<usize>],
+        has_stayed: impl Fn(&[usize]) -> bool,
+    ) -> Vec<usize> {
         let mut settled = Vec::new();
         for (object, given) in self.objects.iter_mut().zip(given) {
-            let stays = object.stopped_s(self.now_s) > self.config.max_stop_s;
+            let points = given.map_or(&[][..], |index| &observations[index].points);
+            let stays = !points.is_empty() && has_stayed(points);
             if stays || object.unconfirmed_s(self.now_s) > MAX_UNCONFIRMED_S {
                 object.end();
-                if let Some(index) = given {
-                    settled.extend(&observations[*index].points);
-                }
+                settled.extend(points);
             }
         }
         settled

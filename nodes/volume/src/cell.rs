@@ -2,7 +2,7 @@
 //!
 //! - **Once a cycle** a cell is hit (something static is in it) or passed (all of it is certainly free). The first of a cycle
 //!   counts, and hits come before passes: a hit outweighs any number of passes of its cycle.
-//! - **What moves** in a cell is neither. What has stayed for long, without a pass in between, is static.
+//! - **What moves** in a cell is neither. What has stayed for long, seen or unseen, without a pass in between, is static.
 //! - **Decay.** Old cycles count less and less, so that a cell that changes gets its new state in a bounded time.
 //! - **Age.** Where the caller has a time after which evidence is too old, a cell that was not renewed is unknown again.
 
@@ -13,6 +13,10 @@ const LEAST_PASSES: u8 = 3;
 const LEAST_HITS: u8 = 3;
 /// A single hit may be noise; two may be a surface.
 const LEAST_HITS_OF_SURFACE: u8 = 2;
+/// What comes and goes was hit, and then free, so often.
+const LEAST_RUNS: u8 = 2;
+/// It was hit, and free, for so many cycles each time, in the mean: more than errors of single cycles give.
+const LEAST_RUN: u8 = 3;
 /// Counts are halved when their sum reaches this, so that a cell that changes gets its new state after some 10 s at 7 Hz. Passes
 /// alone do not reach it.
 const MOST_CYCLES: u8 = 64;
@@ -54,6 +58,8 @@ pub struct Cell {
     seen: u32,
     hits: u8,
     passes: u8,
+    /// How often hits began: the first time, and after a pass.
+    runs: u8,
     /// Whether something that moves is here: it was, and no pass came after it.
     holds_moving: bool,
 }
@@ -70,6 +76,9 @@ impl Cell {
         }
         if self.hits == 0 && !self.holds_moving {
             self.occupied_since = now;
+        }
+        if self.last_hit != self.seen || self.hits == 0 {
+            self.runs += 1;
         }
         (self.last_hit, self.seen) = (now, now);
         self.hits += 1;
@@ -91,14 +100,14 @@ impl Cell {
         }
     }
 
-    /// Something that moves was in it in this cycle, so that no pass counts. What has stayed for `stopped` ticks is static.
-    pub fn hold_moving(&mut self, now: u32, stopped: u32) {
+    /// Something that moves was in it in this cycle, so that no pass counts. Returns since when something that moves has been here,
+    /// without a pass in between: what has been here for long is static ([`Self::take_for_occupied`]).
+    pub fn hold_moving(&mut self, now: u32) -> u32 {
         self.seen = now;
         if !self.holds_moving {
             (self.holds_moving, self.occupied_since) = (true, now);
-        } else if now.saturating_sub(self.occupied_since) >= stopped {
-            self.take_for_occupied(self.occupied_since, now);
         }
+        self.occupied_since
     }
 
     /// Forgets evidence that was not renewed for more than `memory` ticks.
@@ -120,6 +129,7 @@ impl Cell {
             last_hit: self.last_hit.max(other.last_hit),
             seen: self.seen.max(other.seen),
             hits,
+            runs: self.runs + other.runs,
             passes: if hits == 0 { passes.min(MOST_CYCLES - 1) } else { passes },
             holds_moving: self.holds_moving || other.holds_moving,
         };
@@ -133,6 +143,7 @@ impl Cell {
         if self.hits + self.passes >= MOST_CYCLES {
             self.hits /= 2;
             self.passes /= 2;
+            self.runs = self.runs.div_ceil(2);
         }
     }
 
@@ -148,6 +159,7 @@ impl Cell {
             last_hit: now,
             seen: now,
             hits: MOST_CYCLES / 2,
+            runs: 1,
             ..Self::default()
         };
     }
@@ -191,10 +203,12 @@ impl Cell {
         self.passes >= LEAST_PASSES
     }
 
-    /// Whether it was hit in some cycles and free in others.
+    /// Whether it was hit in some cycles and free in others, again and again and for several cycles each time, as by a thing that comes
+    /// and goes. Errors of depths and poses that are others in each cycle change it more often: with a share `p` of hits, cycles with
+    /// hits come in runs of `1 / (1 - p)` and those with passes in runs of `1 / p`, which are not both longer than two.
     #[must_use]
-    pub fn is_intermittent(&self) -> bool {
-        self.was_hit() && self.was_passed()
+    pub fn comes_and_goes(&self) -> bool {
+        self.runs >= LEAST_RUNS && self.hits.min(self.passes) >= LEAST_RUN.saturating_mul(self.runs)
     }
 
     /// Cycles in which it was hit, with decay.
@@ -223,7 +237,7 @@ impl Cell {
 
     /// Whether further passes cannot change it: then it can be merged with its neighbours.
     pub(crate) fn is_free_for_long(&self) -> bool {
-        self.hits == 0 && self.passes == MOST_CYCLES - 1
+        self.hits == 0 && self.passes == MOST_CYCLES - 1 && !self.holds_moving
     }
 
     /// The cell that replaces two that have long been free.
@@ -289,18 +303,49 @@ mod tests {
     }
 
     #[test]
-    fn what_moves_is_static_when_it_has_stayed_unless_the_cell_is_passed() {
-        const STOPPED: u32 = 60;
+    fn what_moves_has_been_there_since_the_last_pass() {
         let mut cell = after(&[(false, 4), (true, 1)]);
-        (10..69).for_each(|now| cell.hold_moving(now, STOPPED));
+        for now in (10..30).chain(50..60) {
+            assert_eq!(cell.hold_moving(now), 10);
+        }
         assert_eq!((cell.hits(), cell.passes()), (1, 4));
-        cell.pass(68);
+        cell.pass(59);
         assert_eq!(cell.passes(), 4, "something is there in this cycle");
-        cell.pass(69);
-        (70..130).for_each(|now| cell.hold_moving(now, STOPPED));
+        cell.pass(60);
+        assert_eq!(cell.hold_moving(61), 61);
         assert_eq!((cell.hits(), cell.passes()), (1, 5));
-        cell.hold_moving(130, STOPPED);
-        assert_eq!((cell.state(), cell.occupied_since()), (CellState::Occupied, 70));
+    }
+
+    #[test]
+    fn a_thing_that_comes_and_goes_is_told_from_errors_of_single_cycles() {
+        let thing = after(&[(false, 8), (true, 6), (false, 4), (true, 3)]);
+        assert!(thing.comes_and_goes());
+        let put_down = after(&[(false, 60), (true, 30)]);
+        assert!(!put_down.comes_and_goes());
+        for share in [0.1, 0.3, 0.5, 0.7, 0.9] {
+            let mut random = estimation::Random::new(1);
+            let mut cell = Cell::default();
+            let wrong = (1..2000).filter(|&now| {
+                if random.uniform() < share {
+                    cell.hit(now)
+                } else {
+                    cell.pass(now)
+                }
+                cell.comes_and_goes()
+            });
+            let wrong = wrong.count();
+            assert!(wrong < 20, "{wrong} of 2000 with a share of {share}");
+        }
+    }
+
+    #[test]
+    fn a_cell_that_holds_what_moves_is_not_merged_with_its_neighbours() {
+        let mut cell = after(&[(false, 100)]);
+        assert!(cell.is_free_for_long());
+        cell.hold_moving(101);
+        assert!(!cell.is_free_for_long());
+        cell.pass(102);
+        assert!(cell.is_free_for_long());
     }
 
     #[test]

@@ -137,16 +137,24 @@ impl Occupancy {
         self.change(voxel, |cell| cell.take_for_occupied(since, now));
     }
 
+    /// Something that moves is in a voxel in this cycle. Returns since when something that moves has been there, seen or unseen, without
+    /// a pass in between; `None` when there is no room for more evidence.
+    pub fn hold_moving(&mut self, voxel: VoxelKey) -> Option<Stamp> {
+        let now = self.now;
+        let since = self.change(voxel, |cell| cell.hold_moving(now));
+        since.and_then(|since| self.ticks.stamp(since))
+    }
+
     /// Sets a voxel to unknown.
     pub fn forget(&mut self, voxel: VoxelKey) {
         self.change(voxel, |cell| *cell = Cell::default());
     }
 
-    fn change(&mut self, voxel: VoxelKey, change: impl FnOnce(&mut Cell)) {
+    /// `None` when there is no room for more evidence.
+    fn change<T>(&mut self, voxel: VoxelKey, change: impl FnOnce(&mut Cell) -> T) -> Option<T> {
         let slot = self.slot_or_new(BlockKey::of(voxel), &mut OccupancyUpdate::default());
-        if let Some(block) = slot.and_then(|slot| self.layer.at_mut(slot)) {
-            change(block.cell_mut(voxel_index(voxel)));
-        }
+        let block = slot.and_then(|slot| self.layer.at_mut(slot))?;
+        Some(change(block.cell_mut(voxel_index(voxel))))
     }
 
     /// Clears all evidence.

@@ -164,7 +164,12 @@ impl EvidenceGrid {
             let key = self.grid.key_of(&hit.in_map_m);
             if let Some(cell) = self.grid.cell_mut(key, now_ms) {
                 match labels[index] {
-                    ReturnLabel::Moving => cell.hold_moving(now_ms, self.stopped_ms),
+                    ReturnLabel::Moving => {
+                        let since_ms = cell.hold_moving(now_ms);
+                        if now_ms.saturating_sub(since_ms) >= self.stopped_ms {
+                            cell.take_for_occupied(since_ms, now_ms);
+                        }
+                    }
                     ReturnLabel::Background => cell.hit(now_ms),
                     ReturnLabel::Undecided => {}
                 }

@@ -13,9 +13,6 @@ use crate::moving_in_place::{Parts, is_of_a_body};
 /// thesis closer in a cycle, and a surface is known after two.
 const BORDER_VOXELS: i32 = 3;
 
-/// The noise of depth moves no surface by so many standard deviations.
-const SURE_IN_SIGMAS: f64 = 3.0;
-
 /// What is known of the place of a point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Known {
@@ -158,7 +155,7 @@ impl FreeSpaceSegmenter {
     }
 
     /// The points of bodies that move in their place.
-    pub(super) fn find_moving_in_place(&mut self, points: &CyclePoints<'_>) -> Vec<usize> {
+    pub(super) fn find_moving_in_place(&self, points: &CyclePoints<'_>) -> Vec<usize> {
         let edge_m = self.grid.edge_m();
         // What is a voxel above the floor may be noise of it, and would join all that stands there.
         let is_floor = |point: usize| {
@@ -167,13 +164,9 @@ impl FreeSpaceSegmenter {
         let may_be_body: Vec<bool> = (0..points.count())
             .map(|point| self.is_in_reach(points, point) && !is_floor(point))
             .collect();
-        let noise = self.depth_view.noise();
-        let is_intermittent: Vec<bool> = (0..points.count())
+        let comes_and_goes: Vec<bool> = (0..points.count())
             .map(|point| {
-                let sigma_m = f64::from(noise.sigma_m(points.distances_m[point] as f32));
-                may_be_body[point]
-                    && SURE_IN_SIGMAS * sigma_m <= edge_m
-                    && self.occupancy.cell(points.voxels[point]).is_intermittent()
+                may_be_body[point] && self.occupancy.cell(points.voxels[point]).comes_and_goes()
             })
             .collect();
         let view = self.view;
@@ -183,9 +176,9 @@ impl FreeSpaceSegmenter {
             in_map: &points.in_map,
             voxels: &points.voxels,
             may_be_body: &may_be_body,
-            is_intermittent: &is_intermittent,
+            comes_and_goes: &comes_and_goes,
             is_at_border: &is_at_border,
         };
-        self.moving_in_place.bodies(&self.config, parts)
+        parts.bodies(&self.config)
     }
 }

@@ -3,6 +3,7 @@ mod in_place;
 mod no_return;
 mod room;
 mod score;
+mod stopped;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -306,33 +307,6 @@ fn a_view_of_more_blocks_than_the_bound_is_not_whole() {
         assert_eq!(segmenter.evidence_is_whole(), is_whole, "{max_evidence_blocks}");
         assert!(segmenter.evidence_blocks() <= max_evidence_blocks);
     }
-}
-
-/// Walks in, stands from 3.5 s to 13.5 s, and goes on.
-fn pausing(time_s: f64) -> Vec<Solid> {
-    let walking_s = time_s.min(3.5) + (time_s - 13.5).max(0.0);
-    walker(1, 2.6, across_m(walking_s, -2.5, 1.0))
-}
-
-#[test]
-fn an_object_that_pauses_stays_dynamic_without_any_zone() {
-    let is_walking = |time_s: f64| !(3.6..13.5).contains(&time_s);
-    let pause = Run { is_zoned: &is_walking, ..run(furnished(), &pausing, 120) };
-    let score = pause.score(9);
-    check(&score, "pausing");
-    assert_eq!(score.ids[&1].len(), 1, "{:?}", score.ids);
-}
-
-#[test]
-fn an_object_that_stays_beyond_the_longest_stop_becomes_static() {
-    let is_walking = |time_s: f64| !(3.6..13.5).contains(&time_s);
-    let free_space = FreeSpaceConfig { max_stop_s: 3.0, ..FreeSpaceConfig::default() };
-    let short = SegmentationConfig { free_space, ..config() };
-    let pause = Run { config: short, is_zoned: &is_walking, ..run(furnished(), &pausing, 90) };
-    let score = pause.score(9);
-    // At 5 s it stands there and is dynamic; from 8 s on it is not, and stays so.
-    assert!(score.cut_of_cycle[35] > 50, "{:?}", score.cut_of_cycle);
-    assert!(score.cut_of_cycle[56..].iter().all(|cut| *cut <= 3), "{:?}", score.cut_of_cycle);
 }
 
 #[test]

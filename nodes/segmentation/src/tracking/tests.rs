@@ -28,6 +28,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
             in_free_space: true,
             is_newly_occupied: true,
             moves_in_place: false,
+            has_stayed: false,
         });
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);

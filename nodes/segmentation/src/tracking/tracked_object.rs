@@ -39,6 +39,8 @@ pub(super) struct MotionEvidence {
     pub(super) is_newly_occupied: bool,
     /// Most of it is of groups that were found to move in their place.
     pub(super) moves_in_place: bool,
+    /// Most of it is of groups that have stayed in their places.
+    pub(super) has_stayed: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -247,18 +249,14 @@ impl TrackedObject {
     /// Takes the evidence that it moves: its own motion in its place, a zone on it while most of it is in observed free space, or a
     /// distance that it travelled. Free space alone may be a pose that jumped.
     pub(super) fn add_motion_evidence(&mut self, evidence: MotionEvidence, now_s: f64) {
-        let MotionEvidence { in_free_space, in_zone, is_newly_occupied, moves_in_place } = evidence;
+        let MotionEvidence { in_free_space, in_zone, is_newly_occupied, moves_in_place, .. } =
+            evidence;
         let travelled_m = (self.filter.position_m() - self.first_position_m).xy().norm();
         self.has_moved |= moves_in_place || (in_free_space && in_zone) || travelled_m > STAY_M;
         let leaves_its_place = self.stopped_since_s >= now_s;
         if in_zone || (self.has_moved && (is_newly_occupied || leaves_its_place)) {
             self.confirmed_s = now_s;
         }
-    }
-
-    /// For how long it has not left its place.
-    pub(super) fn stopped_s(&self, now_s: f64) -> f64 {
-        now_s - self.stopped_since_s
     }
 
     /// For how long nothing has shown that it moves. Of one that has moved nothing may be left but what it uncovered, which stands
