@@ -47,6 +47,6 @@ def run(domain, service, name, value):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 5:
-        sys.exit("usage: once.py DOMAIN SERVICE TYPE REQUEST")
-    run(*sys.argv[1:])
+    if len(sys.argv) != 4:
+        sys.exit("usage: once.py DOMAIN SERVICE TYPE, and the request in JSON on standard input")
+    run(*sys.argv[1:], sys.stdin.readline())

@@ -72,34 +72,35 @@ async fn fast_dds_clients_are_answered() {
     if program(Make::FastDds).is_none() {
         return;
     }
-    clients_are_answered(place, Command::new(built_client().await)).await;
+    clients_are_answered(place, Command::new(fast_dds_client("ask").await)).await;
 }
 
 fn sources() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/peers"))
 }
 
-/// The client on Fast DDS, built unless that was done from the very same sources.
-async fn built_client() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("peers/fastdds_client");
+/// A client on Fast DDS (`tests/peers/fastdds`), built unless that was done from the very same sources.
+pub(super) async fn fast_dds_client(name: &str) -> PathBuf {
+    let folder =
+        Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("peers/fastdds_client_{name}"));
     fs::create_dir_all(&folder).unwrap();
     let lock = File::create(folder.join("lock")).unwrap();
     lock.lock().unwrap();
 
     let sources = sources().join("fastdds");
     let text = |name: &str| fs::read_to_string(sources.join(name)).unwrap();
-    let (idl, source) = (text("set_bool.idl"), text("ask.cpp"));
-    let (program, record) = (folder.join("ask"), folder.join("built-from"));
-    let built_from = format!("{idl}{source}");
+    let source = format!("{name}.cpp");
+    let built_from = ["set_bool.idl", "client.hpp", &source].map(text).concat();
+    let (program, record) = (folder.join(name), folder.join("built-from"));
     if fs::read_to_string(&record).ok().as_ref() != Some(&built_from) || !program.is_file() {
         // Whatever stops the build, the next one must not believe it was done.
         fs::write(&record, "").unwrap();
-        fs::write(folder.join("set_bool.idl"), idl).unwrap();
+        fs::write(folder.join("set_bool.idl"), text("set_bool.idl")).unwrap();
         run(Command::new("fastddsgen").args(["-replace", "set_bool.idl"]).current_dir(&folder))
             .await;
         run(Command::new("g++")
             .args(["-std=c++17", "-Wall", "-O1", "-I."])
-            .args([sources.join("ask.cpp").as_path(), Path::new("-o"), &program])
+            .args([sources.join(&source).as_path(), Path::new("-o"), &program])
             .args(["-lfastrtps", "-lfastcdr", "-lpthread"])
             .current_dir(&folder))
         .await;
