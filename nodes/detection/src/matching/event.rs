@@ -57,7 +57,18 @@ pub struct Dropped {
 impl fmt::Display for Dropped {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<&str> = self.missing.iter().map(|input| input.name()).collect();
-        write!(f, "missing {}: {}", names.join(" and "), self.cause)
+        write!(f, "{}: {}", self.of_inputs(&names.join(" and ")), self.cause)
+    }
+}
+
+impl Dropped {
+    /// What is wrong with the inputs, by these names of [`Self::missing`].
+    #[must_use]
+    pub fn of_inputs(&self, names: &str) -> String {
+        match self.cause {
+            DropCause::CameLate { .. } => format!("{names} is behind the other inputs"),
+            _ => format!("missing {names}"),
+        }
     }
 }
 
@@ -79,8 +90,12 @@ pub enum DropCause {
         /// From the scan to the newest stamp.
         waited_s: f64,
     },
-    /// It came when the other inputs were ahead by more than a scan may wait.
-    #[error("it came {late_s:.3} s after newer data")]
+    /// When it came, the stamps of the other inputs were ahead by more than a scan may wait. How long it was on its way is another
+    /// question: a clock that is behind looks the same.
+    #[error(
+        "its stamp is {late_s:.3} s before the newest one of all inputs, more than max_wait_s: it came late, or the clock of its \
+         driver is behind theirs"
+    )]
     CameLate {
         /// From the scan to the newest stamp.
         late_s: f64,

@@ -188,6 +188,12 @@ fn a_late_scan_is_dropped() {
     let dropped = dropped(matcher.push_scan(at(100), "scan"));
     assert_eq!(dropped.missing, [Input::Scan]);
     assert_eq!(dropped.cause, DropCause::CameLate { late_s: 0.6 });
+    // Of the stamps, not of the time on the way.
+    let said = dropped.to_string();
+    assert!(
+        said.starts_with("scan is behind the other inputs: its stamp is 0.600 s before"),
+        "{said}"
+    );
 }
 
 #[test]

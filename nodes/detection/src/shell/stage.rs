@@ -275,9 +275,9 @@ impl Stage {
                     }
                 }
                 MatchEvent::Dropped(dropped) => {
-                    let topics = self.missing_topics(&dropped);
-                    let reason = format!("missing {topics}; {}", dropped.cause);
-                    self.drop_scan(dropped.stamp, &format!("missing {topics}"), &reason);
+                    let cause = dropped.of_inputs(&self.missing_topics(&dropped));
+                    let reason = format!("{cause}; {}", dropped.cause);
+                    self.drop_scan(dropped.stamp, &cause, &reason);
                 }
                 MatchEvent::Ignored { input: Input::Scan, stamp, .. } => {
                     let reason = "its stamp is not later than that of the previous scan";
