@@ -52,7 +52,7 @@ const fn row(driver: &'static str, rewrite: fn(&mut Recording)) -> Row {
     Row { driver, rewrite, parameters: "" }
 }
 
-const ROWS: [Row; 37] = [
+const ROWS: [Row; 38] = [
     row("the simulator", |_| {}),
     // Scanners.
     row("rplidar_ros: intensities, inf for no return", |r| {
@@ -121,6 +121,7 @@ const ROWS: [Row; 37] = [
     row("a fisheye lens: equidistant", |r| r.seen_through(FISHEYE)),
     row("a region of interest", Recording::middle_of_the_sensor),
     row("6 images a second", |r| r.keep_images(|index| index % 5 != 0 && index % 2 == 0)),
+    row("realsense2_camera: 90 images a second", Recording::three_times_the_images),
     row("a calibration that is sent behind its image", |r| {
         r.each_info_stamp(|stamp| stamp.plus_seconds(0.002));
     }),
