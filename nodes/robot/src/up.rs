@@ -82,7 +82,7 @@ impl UpArgs {
 
 /// The nodes that publish the pose.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-enum PoseNode {
+pub(crate) enum PoseNode {
     /// pose: from the images of a colour and depth camera
     Visual,
     /// lidar_odometry: from the scans of a 3D LiDAR
@@ -111,13 +111,14 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
     log::start("stillmap", &ros.log, &ros.outputs);
     ros.warn_of_options_without_effect();
     let rig = rig(&args.rig)?;
-    let mut arguments = ros.clone();
+    let (mut arguments, mut pose) = (ros.clone(), args.pose);
     if args.detect {
         let proposal = detect::detect(ros, &args.for_command())?;
         if !args.yes {
             return Ok(Outcome::Complete);
         }
         arguments = detect::with_proposal(ros, &proposal)?;
+        pose = proposal.pose;
     }
     arguments.parameters.insert(0, rig);
     arguments.parameters.extend(args.map_edge.map(|edge_m| ParameterSource::Assignment {
@@ -134,7 +135,7 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
         let viewers = (args.view.map(view::listen).transpose()?, args.foxglove.listen()?);
-        let nodes = Nodes::start(&arguments, args.pose, viewers)
+        let nodes = Nodes::start(&arguments, pose, viewers)
             .map_err(|error| Failure::new(error.to_string()))?;
         check_agreement(
             &nodes.detection.1.config.pipeline,
@@ -407,6 +408,14 @@ fn span(stage: Stage) -> tracing::Span {
 }
 
 impl PoseNode {
+    /// What stands behind `--pose`.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            Self::Visual => visual::VISUAL,
+            Self::Lidar => lidar::LIDAR,
+        }
+    }
+
     fn name(self) -> &'static str {
         match self {
             Self::Visual => visual::NODE,

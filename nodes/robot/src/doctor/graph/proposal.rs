@@ -3,7 +3,8 @@
 use detection::shell::{DetectionParameters, PoseInput};
 use geometry::ExtrinsicsSource;
 use msgs::RosMessage;
-use msgs::sensor_msgs::Image;
+use msgs::sensor_msgs::{Image, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
 use node_shell::names::NameError;
 use node_shell::{DiscoveredEndpoint, Role, RosArguments};
 use serde::Serialize;
@@ -15,6 +16,7 @@ use crate::ros_words::{gives, ros_words};
 use crate::run::inputs::{Inputs, TF, TF_STATIC, TopicArgs, ViewTopics};
 use crate::run::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
 use crate::run::tf_frames::{self, TfFrames};
+use crate::up::PoseNode;
 use crate::visual::VisualTopics;
 
 /// Nodes of the suite: beside one that runs no other is started.
@@ -24,8 +26,10 @@ const SUITE: [&str; 3] = ["detection", "segmentation", "reconstruction"];
 const LEAST_POSES_HZ: f64 = 1.0;
 
 /// The arguments for a graph.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub(crate) struct Proposal {
+    /// The node that computes the pose, where nothing publishes one.
+    pub(crate) pose: Option<PoseNode>,
     /// The inputs, by the names that the nodes know them by.
     pub(crate) inputs: Vec<ProposedInput>,
     /// What stands behind `--ros-args`.
@@ -69,18 +73,59 @@ impl Proposal {
         topics.pose = Some(BY_TF.to_owned());
         let sensors = Inputs::choose_from(&topics, &offer, PoseInput::Tf);
         let placed = sensors.as_ref().ok().and_then(|sensors| placed(view, sensors));
+        // What tf says of a robot without a localisation is no pose.
+        if !has_pose(&offer)
+            && let Ok(sensors) = &sensors
+            && let Some(odometry) = odometry(view, &offer, sensors)
+        {
+            return Ok(Self::of_odometry(view, &offer, (sensors, placed.as_ref()), odometry));
+        }
         // A robot with a description and a localisation: it has one frame for all, and corrections of the map.
         if placed.is_some() {
             inputs = sensors;
         }
         let inputs = inputs?;
-        let mut proposal =
-            Self { inputs: Vec::new(), ros_arguments: Vec::new(), notes: Vec::new() };
+        let mut proposal = Self::default();
         proposal.take_topics(view, inputs.by_node_name());
         proposal.take_view(&inputs.view);
         proposal.take_pose(&inputs, placed.as_ref());
         proposal.take_colours(view, &offer, &inputs.view);
         Ok(proposal)
+    }
+
+    /// The same with a node that computes the pose.
+    fn of_odometry(
+        view: &GraphView,
+        offer: &Offer<'_>,
+        (sensors, placed): (&Inputs, Option<&TfFrames>),
+        odometry: Odometry<'_>,
+    ) -> Self {
+        let mut proposal = Self::default();
+        proposal.take_topics(view, sensors.by_node_name());
+        proposal.take_view(&sensors.view);
+        let topics = match odometry {
+            Odometry::Lidar(cloud) => {
+                proposal.pose = Some(PoseNode::Lidar);
+                proposal.notes.push(
+                    "nothing publishes a pose: the LiDAR's odometry computes it (--pose lidar); where the LiDAR is on the \
+                     robot is its parameter base_from_lidar"
+                        .to_owned(),
+                );
+                vec![("points", cloud)]
+            }
+            Odometry::Visual => {
+                proposal.pose = Some(PoseNode::Visual);
+                proposal.notes.push(
+                    "nothing publishes a pose: the visual odometry computes it from colour and depth images (--pose visual)"
+                        .to_owned(),
+                );
+                Vec::new()
+            }
+        };
+        proposal.take_topics(view, topics);
+        proposal.take_mounts(placed);
+        proposal.take_colours(view, offer, &sensors.view);
+        proposal
     }
 
     /// The command, for a shell, with these arguments for the program itself. What the user has said of the nodes stands before what is
@@ -99,6 +144,8 @@ impl Proposal {
         }
         let mut words = ["stillmap", "up"].map(str::to_owned).to_vec();
         words.extend(own.iter().cloned());
+        let pose = self.pose.into_iter().flat_map(|pose| ["--pose", pose.word()]);
+        words.extend(pose.map(str::to_owned));
         if !ros.is_empty() {
             words.push("--ros-args".to_owned());
             words.extend(ros);
@@ -137,7 +184,18 @@ impl Proposal {
         if inputs.pose.input() != defaults.pose_source {
             self.set("pose_source", inputs.pose.input());
         }
-        let Some(TfFrames { map, robot, .. }) = placed else {
+        if let Some(TfFrames { map, .. }) = placed
+            && inputs.pose == PoseSource::Tf
+            && *map != defaults.map_frame_id
+        {
+            self.set("map_frame_id", map);
+        }
+        self.take_mounts(placed);
+    }
+
+    fn take_mounts(&mut self, placed: Option<&TfFrames>) {
+        let defaults = DetectionParameters::default();
+        let Some(TfFrames { robot, .. }) = placed else {
             self.notes.push(
                 "tf does not say where scanner and camera are on the robot: give their mounting by --rig (a preset, or a file \
                  that `stillmap calibrate` writes from a recording)"
@@ -145,9 +203,6 @@ impl Proposal {
             );
             return;
         };
-        if inputs.pose == PoseSource::Tf && *map != defaults.map_frame_id {
-            self.set("map_frame_id", map);
-        }
         if *robot != defaults.config.pipeline.rig.rig_frame_id {
             self.set("rig_frame_id", robot);
         }
@@ -172,6 +227,42 @@ impl Proposal {
 
 fn is_tf(topic: &str) -> bool {
     [TF, TF_STATIC].contains(&topic)
+}
+
+/// What can compute the pose.
+enum Odometry<'a> {
+    /// `lidar_odometry`, by the clouds of this topic.
+    Lidar(&'a str),
+    /// `pose`, by the colour camera beside the depth images.
+    Visual,
+}
+
+/// Whether a topic could place the robot in a map.
+fn has_pose(offer: &Offer<'_>) -> bool {
+    let is_there = |kind: PoseTopicKind| offer.of_type(kind.type_name()).next().is_some();
+    PoseTopicKind::ALL.into_iter().any(is_there) || offer.has(TF, TFMessage::TYPE_NAME)
+}
+
+/// The odometry that these sensors have what it needs for: the LiDAR's before the camera's, which needs texture and light.
+fn odometry<'a>(view: &GraphView, offer: &Offer<'a>, sensors: &Inputs) -> Option<Odometry<'a>> {
+    let ViewTopics::Depth { image, camera_info } = &sensors.view else { return None };
+    // The clouds of a depth camera are in one of its frames, and stand beside its images.
+    let frame = |topic: &str| view.received.get(topic).and_then(|received| received.frame());
+    let camera = frame(image).or_else(|| frame(camera_info));
+    let first_part = |topic: &str| topic.split('/').nth(1).map(str::to_owned);
+    let is_lidar = |topic: &&str| {
+        frame(topic).is_some_and(|one| Some(one) != camera)
+            && first_part(topic) != first_part(image)
+    };
+    let mut clouds = offer.of_type(PointCloud2::TYPE_NAME).filter(is_lidar);
+    if let (Some(cloud), None) = (clouds.next(), clouds.next()) {
+        return Some(Odometry::Lidar(cloud));
+    }
+    if sensors.view.is_compressed() {
+        return None;
+    }
+    let colours = VisualTopics::choose(&Default::default(), image, camera_info, offer).ok()?;
+    colours.has_usual_name().then_some(Odometry::Visual)
 }
 
 /// Whether a publisher could be a sensor's, or a localisation's: poses that do not come, or once in a while, are goals or first
@@ -232,7 +323,6 @@ mod tests {
     use msgs::convert::time_from_stamp;
     use msgs::geometry_msgs::TransformStamped;
     use msgs::sensor_msgs::LaserScan;
-    use msgs::tf2_msgs::TFMessage;
 
     use super::super::SuiteTopics;
     use super::super::synthetic::*;
@@ -374,6 +464,39 @@ mod tests {
         let wanted = "-r depth/image/compressedDepth:=/camera/depth/image_raw/compressedDepth \
                       -r depth/camera_info:=/camera/depth/camera_info -p input:=compressed_depth";
         assert!(command(&graph).contains(wanted), "{}", command(&graph));
+    }
+
+    #[test]
+    fn where_nothing_publishes_a_pose_an_odometry_computes_it() {
+        let mut graph = robot();
+        graph.endpoints.retain(|one| one.topic != "/odom");
+        let visual = command(&graph);
+        assert!(visual.starts_with("stillmap up --pose visual --ros-args "), "{visual}");
+        assert!(visual.contains("-r rgb/image:=/camera/color/image_raw"), "{visual}");
+
+        // The camera's own clouds are no LiDAR's, and a description of the robot is no pose.
+        graph.endpoints.push(publisher("/tf_static", "tf2_msgs/msg/TFMessage", "/description"));
+        for (topic, frame) in
+            [("/velodyne_points", "velodyne"), ("/camera/depth/points", "optical")]
+        {
+            graph.endpoints.push(publisher(topic, POINTS, "/driver"));
+            hears(&mut graph, topic, POINTS, frame, 2);
+        }
+        hears(&mut graph, "/camera/depth/camera_info", CAMERA_INFO, "optical", 2);
+        let proposal = Proposal::of(&graph).unwrap();
+        let lidar = of_proposal(&proposal);
+        assert!(lidar.starts_with("stillmap up --pose lidar --ros-args "), "{lidar}");
+        assert!(lidar.contains("-r points:=/velodyne_points"), "{lidar}");
+        assert!(!lidar.contains("pose_source") && !lidar.contains("input:="), "{lidar}");
+        assert!(proposal.notes[0].contains("nothing publishes a pose"), "{:?}", proposal.notes);
+
+        // Of two, the user has to say which.
+        graph.endpoints.push(publisher("/rear_points", POINTS, "/driver"));
+        hears(&mut graph, "/rear_points", POINTS, "rear", 2);
+        assert!(command(&graph).contains("--pose visual"), "{}", command(&graph));
+        graph.endpoints.retain(|one| !one.topic.contains("color"));
+        graph.endpoints.retain(|one| !one.topic.contains("tf_static"));
+        assert!(refused(&graph).contains("has no pose"), "{}", refused(&graph));
     }
 
     /// RViz publishes the goals that its user sets.
