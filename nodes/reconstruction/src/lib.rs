@@ -22,6 +22,7 @@
 //! assert_eq!((map.len(), map.frame_id()), (2, Some("map")));
 //! ```
 
+mod bounds;
 pub mod config;
 mod correction;
 pub mod distance;
@@ -36,6 +37,7 @@ mod static_map;
 pub mod surface_map;
 pub mod tiles;
 
+pub use bounds::{BoundReached, KeptOut};
 pub use config::{AtMaxVoxels, ConfigError, ReconstructionConfig};
 pub use correction::{CorrectionCounts, CorrectionError, MapCorrection};
 pub use distance::{DistanceError, MapBox};

@@ -1,5 +1,6 @@
 //! The static map of either kind: chosen once, by the parameters.
 
+use estimation::executor::Executor;
 use geometry::{
     ColouredCloud, DistanceLattice, Distances, MapPath, MapView, MeshUpdate, OccupancyGrid,
     OrientedPoints, SegmentedCycle, TriangleMesh, VoxelGrid,
@@ -74,6 +75,21 @@ impl Map {
     /// When the cycle does not fit the map; the map is then as it was.
     pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
         of_either!(self, map => map.integrate(cycle))
+    }
+
+    /// The same on the threads of an executor: [`SurfaceMap::integrate_on`]. A map of means takes no time to speak of.
+    ///
+    /// # Errors
+    /// When the cycle does not fit the map; the map is then as it was.
+    pub fn integrate_on(
+        &mut self,
+        cycle: &SegmentedCycle,
+        executor: &dyn Executor,
+    ) -> Result<Addition, MapError> {
+        match self {
+            Self::Means(map) => map.integrate(cycle),
+            Self::Surface(map) => map.integrate_on(cycle, executor),
+        }
     }
 
     /// Takes the trajectory of the platform as the map of the poses has it by now: [`StaticMap::follow_path`].

@@ -25,6 +25,8 @@ pub struct Addition {
     pub cleared_voxels: usize,
     /// Blocks that were removed to make room for others.
     pub dropped_voxels: usize,
+    /// Whether the depth image has more blocks than one image may update: those left out are the farthest.
+    pub is_view_cut: bool,
 }
 
 /// A cycle that does not fit the map.

@@ -37,6 +37,7 @@
 //! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). If the poses are in
 //! another frame, such as `odom`, a new map is begun.
 
+mod bounds_watch;
 mod distance_output;
 mod grid_output;
 mod loading;
@@ -51,6 +52,7 @@ mod spilling;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod until_shutdown;
 
 use std::process::ExitCode;
 use std::time::Duration;

@@ -18,7 +18,7 @@ mod spill;
 pub(crate) mod tests;
 mod whole;
 
-use estimation::executor::Serial;
+use estimation::executor::{Executor, Serial};
 use geometry::{Cloud, MapView, MapViews, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
@@ -102,6 +102,19 @@ impl SurfaceMap {
     /// # Errors
     /// When the cycle has none, is in another frame than the map, or its pose is none; the map is then as it was.
     pub fn integrate(&mut self, cycle: &SegmentedCycle) -> Result<Addition, MapError> {
+        self.integrate_on(cycle, &Serial)
+    }
+
+    /// The same on the threads of an executor, with the same result. Blocks whose tasks it leaves out, at the end of a node, stay as
+    /// they were.
+    ///
+    /// # Errors
+    /// As of [`SurfaceMap::integrate`].
+    pub fn integrate_on(
+        &mut self,
+        cycle: &SegmentedCycle,
+        executor: &dyn Executor,
+    ) -> Result<Addition, MapError> {
         let Cloud { stamp, frame_id, .. } = &cycle.static_cloud;
         if let Some(map) = &self.frame_id
             && map != frame_id
@@ -132,7 +145,7 @@ impl SurfaceMap {
         let spill = self.spill.as_ref();
         let may_be_new =
             |key| spill.is_none_or(|spill| !spill.tiles.is_in_store(spill.tile_of(key)));
-        let update = self.surface.integrate_where(&self.view, &Serial, &may_be_new);
+        let update = self.surface.integrate_where(&self.view, executor, &may_be_new);
         // Whoever has seen the image before shares what was computed of it, and uses that memory again.
         self.view.clear();
         let added = self.add_refused();
@@ -148,6 +161,7 @@ impl SurfaceMap {
             changed_voxels: self.surface.changed().len(),
             cleared_voxels: update.cleared_blocks + retracted,
             dropped_voxels,
+            is_view_cut: update.is_incomplete,
             ..Addition::default()
         })
     }

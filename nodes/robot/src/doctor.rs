@@ -13,7 +13,6 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bag_player::Bag;
 use clap::Args;
 use node_shell::log::{LogDirective, LogLevel};
 use node_shell::{RosArguments, ShellError, Transport, TransportError};
@@ -22,6 +21,7 @@ use serde::Serialize;
 use crate::calibrate::load_parameters;
 use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::open_bag::open_bag;
 use crate::run::inputs::TopicArgs;
 use checks::Check;
 use finding::{Finding, Severity, Tally};
@@ -121,7 +121,7 @@ fn print_report(report: &Report, json: bool) -> Result<(), Failure> {
 
 fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
     let parameters = load_parameters(&args.parameter_files)?;
-    let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+    let bag = open_bag(path)?;
     // A bag can be checked on a machine where no node can start.
     let buffer = Transport::from_environment()
         .map_err(ShellError::from)

@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use bag_player::Bag;
 use clap::Args;
 
 use crate::console;
 use crate::failure::{Failure, Outcome};
+use crate::open_bag::open_bag;
 
 /// Arguments of `stillmap info`.
 #[derive(Args, Debug)]
@@ -21,9 +21,7 @@ pub struct InfoArgs {
 }
 
 pub(crate) fn run(args: &InfoArgs) -> Result<Outcome, Failure> {
-    let info = Bag::open(&args.bag)
-        .and_then(|bag| bag.info())
-        .map_err(|error| Failure::new(error.to_string()))?;
+    let info = open_bag(&args.bag)?.info().map_err(|error| Failure::new(error.to_string()))?;
     if args.json {
         let json = serde_json::to_string_pretty(&info)
             .map_err(|error| Failure::new(format!("cannot print the information: {error}")))?;

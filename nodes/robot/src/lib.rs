@@ -23,6 +23,7 @@ mod merge;
 mod node;
 mod odometry;
 mod offer;
+mod open_bag;
 mod pose_listener;
 mod pose_numbers;
 mod processes;

@@ -51,6 +51,7 @@ use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::lidar::{self, LidarSource, RoadArgs};
+use crate::open_bag::open_bag;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
@@ -163,7 +164,7 @@ fn has_scanner(path: &Path) -> Result<bool, Failure> {
     if LidarSource::is_no_bag(path) {
         return Ok(false);
     }
-    let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+    let bag = open_bag(path)?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let is_one = |topic: &bag_player::TopicInfo| {
         topic.type_name == LaserScan::TYPE_NAME
@@ -319,9 +320,13 @@ fn run_locally(
     let how = (parameters, wants_mesh);
     let run = local::run(bag, inputs, how, &bag_name(bag.path()), (&progress, interrupt))?;
     progress.finish();
-    let (bag_losses, blind_scans) = (run.losses.clone(), run.blind_scans);
-    let losses = InputLosses { bag: bag_losses, blind_scans, lost: Vec::new() };
     let LocalRun { record, poses, grid, mesh, is_interrupted, .. } = run;
+    let losses = InputLosses {
+        bag: run.losses,
+        blind_scans: run.blind_scans,
+        lost: Vec::new(),
+        bounds_reached: run.bounds_reached,
+    };
     Ok(Finished { record, losses, failure: None, poses, grid, mesh, is_interrupted })
 }
 
@@ -335,8 +340,12 @@ fn run_over_dds(
     let progress = Progress::new("mapping", messages_on(info, &inputs.scan));
     let run = dds::run(playback, inputs, parameters, (&progress, interrupt))?;
     progress.finish();
-    let losses =
-        InputLosses { bag: info.losses.clone(), blind_scans: run.blind_scans, lost: run.lost };
+    let losses = InputLosses {
+        bag: info.losses.clone(),
+        blind_scans: run.blind_scans,
+        lost: run.lost,
+        bounds_reached: run.bounds_reached,
+    };
     let (record, poses, is_interrupted) = (run.record, run.poses, run.is_interrupted);
     let (failure, grid, mesh) = (run.failure, None, None);
     Ok(Finished { record, losses, failure, poses, grid, mesh, is_interrupted })

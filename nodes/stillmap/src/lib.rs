@@ -6,7 +6,7 @@ mod manual;
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use node_shell::RosArguments;
 use robot::{END_WITH_PARENT, Failure, console};
 use rustix::process::Signal;
@@ -56,7 +56,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Ok(split) => split,
         Err(failure) => return fail(&failure),
     };
-    let command_line = match CommandLine::try_parse_from(arguments) {
+    let command_line = match parse(arguments) {
         Ok(command_line) => command_line,
         Err(error) => {
             // Help and version come this way too, and are no errors.
@@ -91,13 +91,26 @@ pub fn check(arguments: impl IntoIterator<Item = OsString>) -> Result<(), String
         RosArguments::parse(own).map_err(|error| error.to_string())?;
     }
     let (arguments, _) = split_ros_arguments(arguments).map_err(|failure| failure.to_string())?;
-    CommandLine::try_parse_from(arguments).map(|_| ()).map_err(|error| error.to_string())
+    parse(arguments).map(|_| ()).map_err(|error| error.to_string())
 }
 
 /// The definition of the command line: its subcommands with their options.
 #[must_use]
 pub fn command() -> clap::Command {
-    CommandLine::command()
+    with_negative_numbers(CommandLine::command())
+}
+
+/// A number below 0 is the value of its option, which names what it takes: no option of this program is a digit.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let takes_value = |arg: &clap::Arg| arg.get_action().takes_values();
+    command
+        .mut_args(|arg| if takes_value(&arg) { arg.allow_negative_numbers(true) } else { arg })
+        .mut_subcommands(with_negative_numbers)
+}
+
+fn parse(arguments: Vec<OsString>) -> Result<CommandLine, clap::Error> {
+    let matches = command().try_get_matches_from(arguments)?;
+    CommandLine::from_arg_matches(&matches).map_err(|error| error.format(&mut command()))
 }
 
 fn fail(failure: &Failure) -> ExitCode {

@@ -20,7 +20,7 @@ mod points;
 mod update;
 mod waiting;
 
-use estimation::executor::{self, Executor};
+use estimation::executor::{Executor, Task};
 use geometry::{Stamp, VoxelGrid};
 use nalgebra::Point3;
 
@@ -176,8 +176,10 @@ impl Surface {
         let job = Job::new((view, &self.levels), &judge, projection, edge_m, margins, colour);
         let mut work = std::mem::take(&mut self.work);
         let stretch = work.len().div_ceil(executor.threads().get()).max(1);
-        let mut stretches: Vec<&mut [Work]> = work.chunks_mut(stretch).collect();
-        executor::for_each(executor, &mut stretches, |stretch| P::run(&job, stretch));
+        // A task each: an executor may leave out those that have not begun, and their blocks stay as they were.
+        let job = &job;
+        let tasks = work.chunks_mut(stretch);
+        executor.run(tasks.map(|stretch| Box::new(|| P::run(job, stretch)) as Task<'_>).collect());
         let hit_from_m = view.map_from_camera.translation.vector.cast::<f32>().into();
         for done in work.drain(..) {
             let middle_m = judge.frame.in_camera_m(&middle_m(done.key, block_edge_m(edge_m)));

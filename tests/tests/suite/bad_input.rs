@@ -236,3 +236,57 @@ fn a_parameter_file_for_no_node() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.contains("misspelt.yaml") && stderr.contains("none of the nodes"), "{stderr}");
 }
+
+/// Once such a map was empty without a word.
+#[test]
+fn a_map_that_is_too_fine_for_its_bounds() {
+    let folder = tempfile::tempdir().unwrap();
+    let camera = geometry::CameraModel {
+        width_px: 160,
+        height_px: 120,
+        fx_px: 140.0,
+        fy_px: 140.0,
+        cx_px: 79.5,
+        cy_px: 59.5,
+        distortion: geometry::Distortion::None,
+    };
+    let image = |stamp| {
+        let pixels = geometry::DepthPixels::Millimetres(vec![3000; 160 * 120]);
+        let image = geometry::DepthImage::new(stamp, "camera".to_owned(), (160, 120), pixels);
+        msgs::convert::message_from_depth(&image.unwrap())
+    };
+    let info = |stamp| msgs::convert::message_from_camera(&camera, stamp, "camera");
+    let stamps = || ten_stamps().take(3);
+    let bag = bag_of(folder.path(), "near.mcap", |topics| {
+        topics.messages("/scan", stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/depth/image", stamps().map(|stamp| (stamp, image(stamp))));
+        topics.messages("/depth/camera_info", stamps().map(|stamp| (stamp, info(stamp))));
+        topics.messages("/pose", stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    let out = folder.path().join("out");
+    let (bag, out) = (bag.to_str().unwrap(), out.to_str().unwrap());
+    let output = stillmap(["run", bag, "--map-edge", "0.001", "--out", out]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(1 | 3)), "{stderr}");
+    for wanted in ["map_edge_m 0.001 is too fine", "30000 blocks", "--map-edge"] {
+        assert!(stderr.contains(wanted), "'{wanted}' is not in: {stderr}");
+    }
+}
+
+/// Once such a number was taken for an unknown option.
+#[test]
+fn a_negative_number_names_the_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let (bag, out) = (bag.to_str().unwrap(), folder.path().join("out"));
+    for (options, wanted) in [
+        (["--map-edge", "-1"].as_slice(), "map_edge_m must be 0.001 to 10, not -1"),
+        (&["--transport", "dds", "--rate", "-1"], "--rate -1 is not a positive number"),
+    ] {
+        let line = ["run", bag, "--out", out.to_str().unwrap()];
+        let output = stillmap(line.iter().chain(options));
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{options:?}: {stderr}");
+        assert!(stderr.contains(wanted), "{options:?}: {stderr}");
+    }
+}

@@ -10,6 +10,7 @@ use node_shell::{
 };
 use tokio::time::Instant;
 
+use super::bounds_watch::BoundsWatch;
 use super::distance_output::DistanceOutput;
 use super::grid_output::GridOutput;
 use super::mesh_output::MeshOutput;
@@ -18,6 +19,7 @@ use super::path::{self, PathWatch};
 use super::saving::Unsaved;
 use super::schedule::{Following, Schedule, Subscribers};
 use super::spilling::{self, SpillWatch, empty_map};
+use super::until_shutdown::UntilShutdown;
 use super::{PROGRAM, ReconstructionParameters};
 use crate::{Addition, GridError, GridSource, Map, MapChanges, MeshError};
 
@@ -56,6 +58,8 @@ pub struct Stage {
     most_update_points: usize,
     map_failed: Throttle,
     spill_watch: SpillWatch,
+    bounds_watch: BoundsWatch,
+    executor: UntilShutdown,
     reporter: StageReporter,
     counters: Counters,
 }
@@ -92,6 +96,8 @@ impl Stage {
             most_update_points: settings.most_update_points,
             map_failed: Throttle::for_warnings(),
             spill_watch: SpillWatch::new(node.counters()),
+            bounds_watch: BoundsWatch::new(parameters.config.clone(), node.counters()),
+            executor: UntilShutdown::of(node),
             reporter: StageReporter::new(node, PROGRAM.name)?,
             counters: node.counters(),
             cycles: node.value_subscription("segmented_cloud", &node.cycles_qos())?,
@@ -171,9 +177,11 @@ impl Stage {
                     ("points_not_finite", addition.not_finite_points as u64),
                     ("voxels_cleared", addition.cleared_voxels as u64),
                     ("voxels_dropped", addition.dropped_voxels as u64),
+                    ("views_cut", u64::from(addition.is_view_cut)),
                 ];
                 counts.extend(path::reported(&self.map));
                 counts.extend(spilling::reported(&self.map));
+                self.bounds_watch.note(&addition);
                 let (what, filled, most) = self.map.fill();
                 self.counters.note_fill(what, filled, most);
                 if let Some((blocks, most)) = self.map.grid_fill() {
@@ -201,7 +209,8 @@ impl Stage {
             .map_err(|mismatch| (PipelineWatch::MISMATCH, mismatch.to_string()))?;
         timer.end_of("convert");
         self.settle_frame(&cycle.static_cloud.frame_id);
-        let addition = self.map.integrate(&cycle).map_err(|error| (REFUSED, error.to_string()))?;
+        let added = self.map.integrate_on(&cycle, &self.executor);
+        let addition = added.map_err(|error| (REFUSED, error.to_string()))?;
         timer.end_of("add");
         self.schedule.cloud_added(Instant::now());
         let voxels_gone = addition.cleared_voxels + addition.dropped_voxels;

@@ -12,6 +12,7 @@ use super::parameters::{ParameterArgs, PipelineParameters};
 use super::pose_topics::{PoseSource, PoseTopicKind};
 use super::tf_frames;
 use crate::failure::Failure;
+use crate::open_bag::open_bag;
 
 /// A bag with what is chosen for a run over it.
 pub(super) struct Chosen {
@@ -34,7 +35,7 @@ impl Chosen {
         parameters: &ParameterArgs,
         wants_no_colour: bool,
     ) -> Result<Self, Failure> {
-        let bag = Bag::open(path).map_err(|error| Failure::new(error.to_string()))?;
+        let bag = open_bag(path)?;
         let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
         let mut parameters = PipelineParameters::load(parameters)?;
         let (mut inputs, note) = choose_inputs(&bag, &info, topics, &mut parameters)?;

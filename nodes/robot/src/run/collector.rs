@@ -232,6 +232,7 @@ impl CollectedState {
             (Stage::Reconstruction, true) => {
                 let cloud_stamp = convert::stamp_from_time(report.header.stamp);
                 recorder.reconstructed(cloud_stamp, count("voxels"), durations);
+                recorder.kept_out(count("views_cut") > 0, count("points_refused"));
             }
             (Stage::Segmentation, true) => {
                 let counts = SegmentationCounts {

@@ -182,6 +182,7 @@ impl CycleRun {
             bag: passage.losses().to_vec(),
             blind_scans: passage.pipeline.blind_scans(),
             lost: Vec::new(),
+            bounds_reached: passage.pipeline.bounds_reached(),
         };
         let record = passage.pipeline.finish(&self.bag_name);
         if let Some(failure) = no_cycle(&record) {

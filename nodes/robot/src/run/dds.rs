@@ -15,6 +15,7 @@ use msgs::geometry_msgs::PoseStamped;
 use node_shell::{
     EVERY_CYCLE, Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription,
 };
+use reconstruction::BoundReached;
 use report::{RunRecord, Transport};
 
 use self::feed::Feed;
@@ -44,6 +45,8 @@ pub(crate) struct DdsRun {
     pub(crate) record: RunRecord,
     /// Scans with too few returns to find motion in.
     pub(crate) blind_scans: usize,
+    /// The bounds that have kept something out of the map.
+    pub(crate) bounds_reached: Vec<BoundReached>,
     /// Messages that the player sent and that their node did not receive.
     pub(crate) lost: Vec<LostMessages>,
     /// The rig's poses, if the pose node was used.
@@ -360,8 +363,8 @@ impl Run {
             map_frame_id: recorder.map_frame_id(),
         };
         let ColouredCloud { cloud, colours } = map.map(|(_, map)| map).unwrap_or_default();
-        let blind_scans = recorder.blind_scans();
+        let (blind_scans, bounds_reached) = (recorder.blind_scans(), recorder.bounds_reached());
         let record = recorder.finish(cloud.points_m, colours, name);
-        Ok(DdsRun { record, blind_scans, lost, poses, failure, is_interrupted })
+        Ok(DdsRun { record, blind_scans, bounds_reached, lost, poses, failure, is_interrupted })
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use bag_player::Loss;
 use node_shell::RAISE_RECEIVE_BUFFER;
+use reconstruction::BoundReached;
 use report::RunRecord;
 
 use super::inputs::{Inputs, ViewTopics};
@@ -17,6 +18,8 @@ pub(crate) struct InputLosses {
     pub(crate) blind_scans: usize,
     /// Messages that were sent and not received.
     pub(crate) lost: Vec<LostMessages>,
+    /// What did not fit into the map.
+    pub(crate) bounds_reached: Vec<BoundReached>,
 }
 
 /// Messages of one topic that the player sent and that their node did not receive.
@@ -70,6 +73,9 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
             ))
             .fix("objects that moved meanwhile are in the map; check the scanner's range_min and range_max, and its mounting"),
         );
+    }
+    for BoundReached { what, fix } in &losses.bounds_reached {
+        findings.push(Failure::new(what.clone()).fix(fix.clone()));
     }
     let empty = record.cycles.iter().filter(|cycle| cycle.points_in == 0).count();
     if empty > 0 {

@@ -7,7 +7,7 @@ use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{NodeFailure, Publisher};
-use reconstruction::{GridError, GridSource, MeshError};
+use reconstruction::{BoundReached, GridError, GridSource, MeshError};
 use report::RunRecord;
 
 use super::inputs::{Inputs, TF_STATIC, ViewTopics};
@@ -24,6 +24,8 @@ pub(crate) struct LocalRun {
     pub(crate) record: RunRecord,
     pub(crate) losses: Vec<Loss>,
     pub(crate) blind_scans: usize,
+    /// The bounds that have kept something out of the map.
+    pub(crate) bounds_reached: Vec<BoundReached>,
     /// The poses of the visual odometry, where it was asked for.
     pub(crate) poses: Option<Vec<PoseStamped>>,
     /// The occupancy grid, where one was asked for.
@@ -104,13 +106,13 @@ pub(crate) fn run(
     let losses = passage.losses().to_vec();
     let mut pipeline = passage.pipeline;
     pipeline.end_of_input();
-    let blind_scans = pipeline.blind_scans();
+    let (blind_scans, bounds_reached) = (pipeline.blind_scans(), pipeline.bounds_reached());
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
     let wants_grid = parameters.reconstruction().grid.grid != GridSource::None;
     let grid = wants_grid.then(|| pipeline.occupancy_grid());
     let mesh = wants_mesh.then(|| pipeline.mesh());
     let record = pipeline.finish(bag_name);
-    Ok(LocalRun { record, losses, blind_scans, poses, grid, mesh, is_interrupted })
+    Ok(LocalRun { record, losses, blind_scans, bounds_reached, poses, grid, mesh, is_interrupted })
 }
 
 /// The pipeline for the inputs of a bag.

@@ -9,7 +9,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointClou
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
 use reconstruction::shell::Stage as Reconstruction;
-use reconstruction::{GridError, Map, MeshError, WholeMap};
+use reconstruction::{BoundReached, GridError, Map, MeshError, WholeMap};
 use report::{RunRecord, Transport};
 use segmentation::shell::Stage as Segmentation;
 
@@ -142,6 +142,11 @@ impl Pipeline {
     /// The number of scans with too few returns to find motion in.
     pub(crate) fn blind_scans(&self) -> usize {
         self.recorder.blind_scans()
+    }
+
+    /// The bounds that have kept something out of the map.
+    pub(crate) fn bounds_reached(&self) -> Vec<BoundReached> {
+        self.recorder.bounds_reached()
     }
 
     /// The record of the run, with the name of the recording.

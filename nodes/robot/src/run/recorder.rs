@@ -12,7 +12,9 @@ use geometry::{
     Stamp,
 };
 use nalgebra::Point3;
-use reconstruction::{AtMaxVoxels, ConfigError, ReconstructionConfig, StaticMap};
+use reconstruction::{
+    AtMaxVoxels, BoundReached, ConfigError, KeptOut, ReconstructionConfig, StaticMap,
+};
 use report::{DropCount, RunRecord};
 
 use self::partial_cycle::{DetectedPart, PartialCycle};
@@ -69,6 +71,8 @@ pub(crate) struct Recorder {
     trajectory: Trajectory,
     drops: BTreeMap<(String, String), u64>,
     blind_scans: usize,
+    map: ReconstructionConfig,
+    kept_out: KeptOut,
     unassigned_clouds: VecDeque<Arc<Cloud>>,
     unassigned_additions: VecDeque<MapAddition>,
 }
@@ -90,6 +94,8 @@ impl Recorder {
             trajectory: Trajectory::default(),
             drops: BTreeMap::new(),
             blind_scans: 0,
+            map: map.clone(),
+            kept_out: KeptOut::default(),
             unassigned_clouds: VecDeque::new(),
             unassigned_additions: VecDeque::new(),
         })
@@ -178,6 +184,16 @@ impl Recorder {
     /// The number of scans with too few returns to find motion in.
     pub(crate) fn blind_scans(&self) -> usize {
         self.blind_scans
+    }
+
+    /// Whether the map lacks parts of a cycle's depth image, and how many points or blocks it had no room for.
+    pub(crate) fn kept_out(&mut self, is_view_cut: bool, refused_points: usize) {
+        self.kept_out.note_counts(is_view_cut, refused_points);
+    }
+
+    /// The bounds that have kept something out of the map.
+    pub(crate) fn bounds_reached(&self) -> Vec<BoundReached> {
+        self.kept_out.bounds_reached(&self.map)
     }
 
     /// Counts lost messages or cycles.

@@ -157,7 +157,8 @@ fn edges_that_are_of_no_use_are_refused_and_extreme_ones_have_a_bounded_cost() {
         let config = ReconstructionConfig { max_map_blocks: 500, ..config(edge_m) };
         let mut map = Map::new(config, None).unwrap();
         let view = sized_cycle(&Scene::room(), 0, &rig_at(0.0, 0.0), None, (32, 24));
-        map.integrate(&view).unwrap();
+        let addition = map.integrate(&view).unwrap();
         assert!(map.fill().1 <= 500);
+        assert_eq!(addition.is_view_cut, edge_m < 1.0, "what is left out is reported");
     }
 }

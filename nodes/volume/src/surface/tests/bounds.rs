@@ -1,5 +1,8 @@
 //! Memory, time, and input that is none.
 
+use std::num::NonZeroUsize;
+
+use estimation::executor::{Executor, Task};
 use proptest::prelude::*;
 
 use super::*;
@@ -69,6 +72,33 @@ fn a_camera_within_a_surface_and_a_pose_that_jumps_do_no_harm() {
             .integrate(&testing::view_of(&camera, &pose, 0.0, vec![0.4; 64 * 48], None), &Serial);
     }
     assert!(surface.points(PointRules::default()).len() > 100);
+}
+
+/// Does every second task.
+#[derive(Debug)]
+struct EverySecond;
+
+impl Executor for EverySecond {
+    fn threads(&self) -> NonZeroUsize {
+        NonZeroUsize::new(16).unwrap()
+    }
+
+    fn run(&self, tasks: Vec<Task<'_>>) {
+        tasks.into_iter().step_by(2).for_each(|task| task());
+    }
+}
+
+/// A node that ends leaves out what it has not begun.
+#[test]
+fn blocks_whose_tasks_are_left_out_stay_as_they_were() {
+    let (mut whole, mut cut) = (surface(0.05), surface(0.05));
+    let all = whole.integrate(&room_view(), &Serial).new_blocks;
+    let some = cut.integrate(&room_view(), &EverySecond).new_blocks;
+    assert!((1..all).contains(&some), "{some} of {all}");
+    for _ in 0..20 {
+        whole.integrate(&room_view(), &EverySecond);
+    }
+    assert_eq!(whole.blocks(), all, "nothing is cleared by what was left out");
 }
 
 proptest! {

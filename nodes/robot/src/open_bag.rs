@@ -1,0 +1,68 @@
+//! Opens a bag, or says which command takes what is there.
+
+use std::path::Path;
+
+use bag_player::Bag;
+
+use crate::failure::Failure;
+use crate::lidar::LidarSource;
+
+/// Opens a bag.
+///
+/// # Errors
+/// When it cannot be opened; with the command that takes a recording of another kind.
+pub(crate) fn open_bag(path: &Path) -> Result<Bag, Failure> {
+    Bag::open(path).map_err(|error| {
+        let failure = Failure::new(error.to_string());
+        match taken_by(path) {
+            Some(command) => failure.fix(command),
+            None => failure,
+        }
+    })
+}
+
+/// What takes a recording of another kind.
+fn taken_by(path: &Path) -> Option<String> {
+    let shown = path.display();
+    if LidarSource::is_no_bag(path) {
+        return Some(format!("`stillmap run {shown} --pose lidar` maps a LiDAR's recording"));
+    }
+    let is_tum = ["rgb.txt", "depth.txt"].iter().all(|list| path.join(list).is_file());
+    let name = path.file_name()?.to_string_lossy();
+    is_tum.then(|| {
+        format!("`stillmap import tum {shown} --scan-from-depth -o {name}.mcap` makes a bag of a TUM sequence")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn a_recording_of_another_kind_names_what_takes_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir_all(at("desk")).unwrap();
+        fs::create_dir_all(at("07/velodyne")).unwrap();
+        fs::create_dir_all(at("empty")).unwrap();
+        for list in ["rgb.txt", "depth.txt"] {
+            fs::write(at("desk").join(list), "# none\n").unwrap();
+        }
+        fs::write(at("07/velodyne/000000.bin"), [0; 16]).unwrap();
+        fs::write(at("drive.pcap"), [0xd4, 0xc3, 0xb2, 0xa1, 2, 0]).unwrap();
+        fs::write(at("notes.txt"), "dear diary").unwrap();
+        for (name, command) in [
+            ("desk", Some("import tum")),
+            ("07", Some("--pose lidar")),
+            ("drive.pcap", Some("--pose lidar")),
+            ("notes.txt", None),
+            ("empty", None),
+        ] {
+            let said = open_bag(&at(name)).unwrap_err().to_string();
+            let holds = command.is_none_or(|command| said.contains(command));
+            assert!(holds && said.contains("`stillmap") == command.is_some(), "{name}: {said}");
+        }
+    }
+}
