@@ -119,7 +119,13 @@ pub(crate) async fn serve_foxglove(
     node: Node,
     graph: GraphOf,
 ) -> Result<(), String> {
-    console::note(format!("foxglove: {}", server.url()));
+    let (url, with_token) = (server.url(), server.url_with_token());
+    console::note(format!("foxglove: {url}"));
+    if url != with_token {
+        console::note(format!(
+            "foxglove, for a page of another site than Foxglove's: {with_token}"
+        ));
+    }
     let served = server.serve(node, graph).instrument(tracing::error_span!("foxglove"));
     served.await.map_err(|error| error.to_string())
 }

@@ -17,15 +17,16 @@ use axum::http::header::{HOST, ORIGIN};
 use axum::http::{HeaderMap, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use node_shell::{Node, NodeFailure};
+use node_shell::{Node, NodeFailure, Throttle};
 
 use self::channels::Channels;
 use super::connection::Limited;
 use super::own_thread::{OwnServer, on_own_thread};
 use super::server::{text, token};
+use super::status::cut;
 use super::{GraphOf, ViewError};
+use crate::ViewerAccess;
 use crate::foxglove::SUBPROTOCOLS;
-use crate::{Token, ViewerAccess};
 
 /// The name of the node.
 pub const FOXGLOVE_NODE: &str = "foxglove";
@@ -46,9 +47,9 @@ pub struct FoxgloveServer {
 /// What the connections share.
 struct Served {
     access: ViewerAccess,
-    address: SocketAddr,
     session: String,
     channels: Channels,
+    refused: Throttle,
 }
 
 impl FoxgloveServer {
@@ -66,8 +67,14 @@ impl FoxgloveServer {
     pub fn url(&self) -> String {
         match &self.access {
             ViewerAccess { is_local: true, .. } => format!("ws://{}/", self.address),
-            ViewerAccess { token, .. } => with_token(self.address, token),
+            ViewerAccess { .. } => self.url_with_token(),
         }
+    }
+
+    /// The address with the token, which on this machine only pages of other sites than Foxglove's need.
+    #[must_use]
+    pub fn url_with_token(&self) -> String {
+        format!("ws://{}/?token={}", self.address, self.access.token.text())
     }
 
     /// Serves as `node` until the process is to end, on a thread of its own, and leaves the network.
@@ -82,8 +89,9 @@ impl FoxgloveServer {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let (channels, feeds) = channels::of(node, graph);
         let session = std::process::id().to_string();
-        let Self { listener, address, access } = self;
-        let served = Arc::new(Served { access, address, session, channels });
+        let Self { listener, access, .. } = self;
+        let refused = Throttle::for_warnings();
+        let served = Arc::new(Served { access, session, channels, refused });
         let shutdown = node.shutdown_signal();
         runtime.block_on(async {
             let listener = Limited::new(tokio::net::TcpListener::from_std(listener)?);
@@ -97,10 +105,6 @@ impl FoxgloveServer {
     }
 }
 
-fn with_token(address: SocketAddr, token: &Token) -> String {
-    format!("ws://{address}/?token={}", token.text())
-}
-
 async fn connect(
     State(served): State<Arc<Served>>,
     uri: Uri,
@@ -109,11 +113,13 @@ async fn connect(
 ) -> Response {
     let (host, origin) = (text(&headers, HOST), text(&headers, ORIGIN));
     if let Err(refusal) = served.access.check(host, origin, token(&uri)) {
-        tracing::warn!(
-            "a viewer of the page {:?} is refused: {refusal}; with the token it is let in: {}",
-            origin.unwrap_or("none"),
-            with_token(served.address, &served.access.token)
-        );
+        // The log is read by others: it has no token, and whoever asks again and again does not fill it.
+        if let Some(held_back) = served.refused.pass() {
+            tracing::warn!(
+                "a viewer of the page {:?} is refused: {refusal}; the address that was printed at the start lets it in ({held_back} more since the last warning)",
+                cut(origin.unwrap_or("none"))
+            );
+        }
         return (StatusCode::FORBIDDEN, format!("{refusal}\n")).into_response();
     }
     let upgrade = match upgrade {
