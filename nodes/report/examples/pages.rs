@@ -1,7 +1,7 @@
 //! Writes report pages of runs that are made up into a folder, for the tests of the page in a browser (`page/test.sh`).
 //!
 //! `room.html` is of a small room that a person crosses, `hostile.html` the same with names that are markup, `coloured.html` the same
-//! with the colours of a camera, `meshed.html` has the floor as triangles, too, more than its page carries, `large.html` has ten million points.
+//! with the colours of a camera and a ceiling, `meshed.html` has the floor as triangles, too, more than its page carries, `large.html` has ten million points.
 
 #![allow(clippy::print_stdout, reason = "a program of the tests")]
 
@@ -47,8 +47,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..room.clone()
     };
     write(folder, "hostile.html", &hostile)?;
-    let colours = room.static_map.iter().map(wall_colour);
-    let coloured = RunRecord { map_colours: colours.collect(), ..room.clone() };
+    let under_ceiling: Vec<_> = room.static_map.iter().copied().chain(ceiling(8_000)).collect();
+    let colours = under_ceiling.iter().map(wall_colour).collect();
+    let coloured = RunRecord { map_colours: colours, static_map: under_ceiling, ..room.clone() };
     write(folder, "coloured.html", &coloured)?;
     let meshed = RunRecord { mesh: Some(floor()), ..room.clone() };
     write(folder, "meshed.html", &meshed)?;
@@ -114,6 +115,14 @@ fn walls(count: usize) -> Vec<Point3<f32>> {
         .collect()
 }
 
+/// Points spread evenly on a ceiling over the walls.
+fn ceiling(count: usize) -> impl Iterator<Item = Point3<f32>> {
+    let [x_m, y_m, height_m] = ROOM_M;
+    (0..count).map(move |n| {
+        Point3::new((golden(n, 0) * 2.0 - 1.0) * x_m, (golden(n, 1) * 2.0 - 1.0) * y_m, height_m)
+    })
+}
+
 /// The floor as triangles.
 fn floor() -> TriangleMesh {
     let row = FLOOR_CELLS + 1;
@@ -131,8 +140,11 @@ fn floor() -> TriangleMesh {
     }
 }
 
-/// A red and a blue half of the room; no colour was seen of the far corner.
+/// A red and a blue half of the room under a white ceiling; no colour was seen of the far corner.
 fn wall_colour(point_m: &Point3<f32>) -> [u8; 3] {
+    if point_m.z >= ROOM_M[2] {
+        return [240; 3];
+    }
     match (point_m.x > 2.5 && point_m.y > 2.0, point_m.y > 0.0) {
         (true, _) => geometry::NO_COLOUR,
         (_, true) => [220, 40, 30],

@@ -11,4 +11,4 @@ cd "$(dirname "$0")"
 cargo build --quiet --locked -p report -p live-view -p stillmap-tests --example pages --example made_up
 examples=${CARGO_TARGET_DIR:-$PWD/../../../target}/debug/examples
 "$examples/pages" "$pages"
-PAGES=$pages MADE_UP=$examples/made_up node --test tests/page.test.mjs tests/live.test.mjs
+PAGES=$pages MADE_UP=$examples/made_up node --test tests/{detail,ceiling,page,live}.test.mjs

@@ -3,6 +3,7 @@
 //! The report carries them compressed in its page; the live view sends them. `page/src/payload.js` and `page/src/views.js` read them.
 
 mod planes;
+mod text;
 
 use std::io::Write as _;
 
@@ -13,6 +14,9 @@ use nalgebra::{Isometry3, Point2};
 use serde_json::{Value, json};
 
 pub use planes::{push_colours, push_differences_16, push_image_8, push_varint};
+pub(crate) use text::as_text;
+#[cfg(test)]
+pub(crate) use text::bytes_of;
 
 use crate::{RigCamera, ScanView, SmallDepth};
 

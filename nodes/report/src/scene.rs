@@ -1,6 +1,6 @@
 //! What the 3D view of the page shows: the map and what is not in it, and what the sensors saw in each cycle.
 //!
-//! The page carries it as a header in JSON and as blocks of bytes that are compressed (deflate, RFC 1951) and written in base64;
+//! The page carries it as a header in JSON and as blocks of bytes that are compressed (deflate, RFC 1951) and written in 85 characters;
 //! `page/src/payload.js` reads them. The viewer itself is `page/bundle.js`, which `page/build.sh` makes of `page/src`.
 
 mod cycles;
@@ -11,8 +11,6 @@ mod tests;
 mod triangles;
 mod views;
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
 use geometry::VoxelEdgeError;
 use maud::{Markup, PreEscaped, html};
 use nalgebra::{Isometry3, Point3};
@@ -23,7 +21,9 @@ use self::point_set::PointSet;
 use self::triangles::Triangles;
 use self::views::VIEWS_PER_GROUP;
 use crate::cycle_view::RANGE_STEP_M;
-use crate::payload::{self, Effort, HEIGHT_COLOURS, deflated, drawn_colour, json_in_script};
+use crate::payload::{
+    self, Effort, HEIGHT_COLOURS, as_text, deflated, drawn_colour, json_in_script,
+};
 use crate::{KeptOutCause, RunRecord, Summary};
 
 /// The viewer.
@@ -43,14 +43,14 @@ pub struct PageLimits {
     pub map_points: usize,
     /// Points that were removed as moving.
     pub removed_points: usize,
-    /// Triangles of the map: more are made coarser. A triangle takes about 4 bytes of the page.
+    /// Triangles of the map: more are made coarser. A triangle takes about 4 bytes of the page. They are to show the surface; fine detail is in the points.
     pub triangles: usize,
 }
 
 impl Default for PageLimits {
     fn default() -> Self {
         // 20 MB of a page of 40 MB; the rest is for the views.
-        Self { map_points: 5_000_000, removed_points: 500_000, triangles: 400_000 }
+        Self { map_points: 5_000_000, removed_points: 500_000, triangles: 150_000 }
     }
 }
 
@@ -185,7 +185,7 @@ pub(crate) fn range_without_outliers(mut values: Vec<f32>) -> Option<[f32; 2]> {
 }
 
 fn block(name: &str, bytes: &[u8]) -> Markup {
-    data(name, "text/plain", &STANDARD.encode(deflated(bytes, Effort::Usual)))
+    data(name, "text/plain", &as_text(&deflated(bytes, Effort::Usual)))
 }
 
 fn data(name: &str, kind: &str, text: &str) -> Markup {

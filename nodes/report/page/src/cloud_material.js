@@ -23,7 +23,7 @@ const VERTEX = `
 precision highp float;
 uniform mat4 modelViewMatrix, projectionMatrix;
 uniform vec3 origin;
-uniform float stepM, moment, sizeM, pxPerM;
+uniform float stepM, moment, sizeM, pxPerM, leastPx;
 uniform vec2 cut;
 uniform vec3 flatColour;
 uniform int colouring, onlyClass;
@@ -39,7 +39,7 @@ void main() {
   bool hidden = position.w > moment || inMap.z < cut.x || inMap.z > cut.y || (onlyClass >= 0 && int(tint.w) != onlyClass);
   vec4 inView = modelViewMatrix * vec4(inMap, 1.0);
   gl_Position = hidden ? NOWHERE : projectionMatrix * inView;
-  gl_PointSize = clamp(sizeM * pxPerM / max(-inView.z, 1e-3), 1.0, 40.0);
+  gl_PointSize = clamp(sizeM * pxPerM / max(-inView.z, 1e-3), leastPx, 40.0);
   colour = colouring == 0 ? heightColour(inMap.z) : colouring == 1 ? flatColour : tint.rgb / 255.0;
   depth = gl_Position.z / gl_Position.w * 0.5 + 0.5;
 }`;
@@ -68,6 +68,7 @@ export function sharedUniforms(header) {
     heights: { value: new Vector2(...header.heights_m) },
     ramp: { value: header.height_colours.map(([r, g, b]) => new Vector3(r / 255, g / 255, b / 255)) },
     pxPerM: { value: 1 },
+    leastPx: { value: 1 },
     asDepth: { value: false },
   };
 }

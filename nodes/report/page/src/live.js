@@ -1,9 +1,11 @@
 // The live view: the map as it grows, the latest cycle, the state of the nodes.
 
 import { Vector3 } from "three";
+import { belowCeiling_m } from "./ceiling.js";
 import { CloudLayer } from "./cloud_layer.js";
 import { COLOURING, sharedUniforms } from "./cloud_material.js";
 import { element, grouped } from "./dom.js";
+import { HeightCut } from "./height_cut.js";
 import { layerList } from "./layers.js";
 import { Connection } from "./live_connection.js";
 import { commands, Nodes, parameters } from "./live_controls.js";
@@ -42,6 +44,7 @@ export async function startLive(place, header) {
   const run = { cycles: [] };
   const path = [];
   const shared = sharedUniforms(live);
+  const heightCut = new HeightCut(shared.cut);
   const canvas = sceneCanvas();
   const status = element("p", { class: "status", role: "status" });
   const result = element("p", { class: "result", role: "status" });
@@ -50,6 +53,7 @@ export async function startLive(place, header) {
   stage.picture.addLayer(layer);
   const map = new LiveMap(layer);
   const overlay = new Overlay(live, run);
+  overlay.cutBy(heightCut);
   for (const group of Object.values(overlay.groups)) stage.picture.overlay.add(group);
   const panels = new Panels(live, run);
   const measure = new Measure(stage, (text) => (result.textContent = text));
@@ -65,14 +69,19 @@ export async function startLive(place, header) {
   canvas.addEventListener("webglcontextlost", () => (result.textContent = "The graphics card has dropped the 3D view: load the page again."));
 
   const showBounds = () => {
-    const ofMap = map.bounds();
+    const { corners_m: ofMap, heights_m } = map.bounds() ?? {};
     if (!ofMap) return;
     shared.heights.value.set(ofMap[0][2], ofMap[1][2]);
+    const beforeCut_m = heightCut.belowCeiling_m;
+    heightCut.begin(belowCeiling_m(heights_m));
     // The rig is to be in view, too.
     const ends = [Math.min, Math.max];
     const bounds_m = ofMap.map((corner, end) => corner.map((value_m, axis) => path.reduce((so_far, at) => ends[end](so_far, at[axis]), value_m)));
     const moved_m = Math.max(...[0, 1].flatMap((end) => [0, 1, 2].map((axis) => Math.abs(bounds_m[end][axis] - live.bounds_m[end][axis]))));
-    if (moved_m < GROWN_M) return;
+    if (moved_m < GROWN_M) {
+      if (heightCut.belowCeiling_m !== beforeCut_m) showSettings();
+      return;
+    }
     live.bounds_m = bounds_m;
     stage.setBounds(bounds_m);
     if (isFollowing) stage.home();
@@ -80,13 +89,12 @@ export async function startLive(place, header) {
   };
   const settingsPlace = element("div");
   const showSettings = () => {
-    const cut = shared.cut.value;
     const reach_m = [live.bounds_m[0].with(2, live.bounds_m[0][2] - BEYOND_M), live.bounds_m[1].with(2, live.bounds_m[1][2] + BEYOND_M)];
     // Whoever has set something goes on with it.
-    if (settingsPlace.contains(document.activeElement) || Math.abs(cut.x) < 1e6 || Math.abs(cut.y) < 1e6) return;
+    if (settingsPlace.contains(document.activeElement) || heightCut.isByHand) return;
     layer.look.sizeM.value = (map.voxel_m ?? FIRST_SPACING_M) * SIZE_IN_SPACINGS.map;
     layer.look.colouring.value = map.hasColours ? COLOURING.own : COLOURING.height;
-    settingsPlace.replaceChildren(settings(stage, shared, [layer], reach_m, map.hasColours));
+    settingsPlace.replaceChildren(settings(stage, heightCut, [layer], reach_m, map.hasColours));
   };
 
   let drawing = null;

@@ -50,7 +50,7 @@ export class LiveMap {
     this.changed.clear();
   }
 
-  /** The corners of the map without its outliers, and its lowest and highest height likewise; null of an empty map. */
+  /** The corners of the map without its outliers, and the heights of some of its points; null of an empty map. */
   bounds() {
     const every = Math.max(1, Math.ceil(this.layer.count / SAMPLES));
     const axes = [[], [], []];
@@ -69,7 +69,7 @@ export class LiveMap {
       const outliers = Math.floor((values_m.length - 1) * OUTLIER_SHARE);
       return [values_m[outliers], values_m.at(-1 - outliers)];
     });
-    return [0, 1].map((end) => ends.map((axis) => axis[end]));
+    return { corners_m: [0, 1].map((end) => ends.map((axis) => axis[end])), heights_m: axes[2] };
   }
 }
 

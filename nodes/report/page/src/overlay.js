@@ -32,6 +32,11 @@ export class Overlay {
     this.groups.cloud.add(this.cloud.fixed, this.cloud.moving);
   }
 
+  /** Of the cloud, too, what the heights cut off is not drawn. */
+  cutBy({ planes }) {
+    for (const points of Object.values(this.cloud)) points.material.clippingPlanes = planes;
+  }
+
   /** Another camera, or another place of it in the rig. */
   setRig(header) {
     this.header = header;

@@ -1,4 +1,4 @@
-// What the page carries, and what a connection brings: JSON and blocks of bytes. In the page they are compressed (deflate) and written in base64.
+// What the page carries, and what a connection brings: JSON and blocks of bytes. In the page they are compressed (deflate) and written in 85 characters.
 
 /** The parts of colours by their shade. */
 const SHADES = Uint8Array.from({ length: 64 }, (_, shade) => Math.round((shade * 255) / 63));
@@ -11,10 +11,21 @@ export function readHeader(name) {
 
 /** The bytes of a block. */
 export async function readBlock(name) {
-  const text = atob(document.getElementById(`scene-${name}`).textContent);
-  const packed = new Uint8Array(text.length);
-  for (let at = 0; at < text.length; at += 1) packed[at] = text.charCodeAt(at);
-  return inflated(packed);
+  return inflated(bytesOf(document.getElementById(`scene-${name}`).textContent));
+}
+
+/** The digits of the characters from `(` on, of which `<` and the backslash are none. */
+const DIGITS = Uint8Array.from({ length: 128 }, (_, code) => code - 0x28 - (code > 0x3c) - (code > 0x5c));
+
+/** Four bytes are five characters, digits of a number to the base of 85; of a last group of fewer bytes there is one character more than bytes. */
+export function bytesOf(text) {
+  const bytes = new Uint8Array(text.length - Math.ceil(text.length / 5));
+  for (let from = 0, to = 0; from < text.length; from += 5) {
+    let value = 0;
+    for (let n = from; n < from + 5; n += 1) value = value * 85 + (n < text.length ? DIGITS[text.charCodeAt(n)] : 84);
+    for (let shift = 24; shift >= 0 && to < bytes.length; shift -= 8, to += 1) bytes[to] = value >>> shift;
+  }
+  return bytes;
 }
 
 /** The bytes that were compressed. */

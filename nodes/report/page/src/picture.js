@@ -1,24 +1,21 @@
 // The picture on the canvas: clouds first, bit by bit and shaded at their edges; lines and surfaces over them.
 //
 // A picture of many points is made over several frames: while the view moves, each frame shows an evenly spread share of
-// the points, as many as the machine draws in time; when it rests, each frame adds a share until all are there.
+// the points, as many as the machine draws in time, the larger the fewer they are; when it rests, each frame adds a share until all are there.
 
 import {
   Color, DepthTexture, GLSL3, Mesh, NearestFilter, OrthographicCamera, PlaneGeometry, RawShaderMaterial, Scene, UnsignedIntType,
   Vector2, WebGLRenderTarget, WebGLRenderer,
 } from "three";
+import { Detail } from "./detail.js";
 
 /** The background in both modes of the page: the colours of the points are made for it. */
 const BACKGROUND = "#0f141b";
-/** A frame of a moving view may take so long: 20 frames a second and 50. */
+/** Where points are left out those that are drawn would cover this share of the picture, were they spread evenly; and have no more pixels each. */
+const COVERED_SHARE = 0.5;
+const MOST_LEAST_PX = 5;
+/** Edges are shaded unless frames take so long. */
 const SLOW_MS = 45;
-const FAST_MS = 22;
-/** Points a frame of a moving view: at first, on a phone at first, and the least. */
-const POINTS_AT_FIRST = 500_000;
-const POINTS_AT_FIRST_ON_PHONE = 150_000;
-const LEAST_POINTS = 60_000;
-/** Points a frame of a view that rests, at least: a frame may take longer then. */
-const POINTS_AT_REST = 500_000;
 /** How dark edges are. */
 const SHADE_STRENGTH = 1.1;
 
@@ -60,15 +57,14 @@ export class Picture {
   constructor(canvas, isPhone, shared) {
     this.renderer = new WebGLRenderer({ canvas, antialias: false, preserveDrawingBuffer: true, powerPreference: "high-performance" });
     this.renderer.autoClear = false;
+    this.renderer.localClippingEnabled = true;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, isPhone ? 1.5 : 2));
     this.shared = shared;
     this.clouds = new Scene();
     this.overlay = new Scene();
     this.layers = [];
-    this.budget = isPhone ? POINTS_AT_FIRST_ON_PHONE : POINTS_AT_FIRST;
+    this.detail = new Detail(isPhone);
     this.share = 0;
-    this.frameMs = 0;
-    this.lastMoved = null;
     this.target = new WebGLRenderTarget(1, 1, { minFilter: NearestFilter, magFilter: NearestFilter });
     this.target.depthTexture = new DepthTexture(1, 1, UnsignedIntType);
     this.shade = new RawShaderMaterial({
@@ -116,17 +112,17 @@ export class Picture {
 
   /** Draws a frame at `now_ms`: the first share of the points if the view `moved`, else one more. */
   draw(camera, moved, now_ms) {
-    if (moved) {
-      this.adapt(now_ms);
-      this.restart();
-    } else {
-      this.lastMoved = null;
-    }
+    this.detail.begin(moved, now_ms, this.total);
+    const leastPx = moved ? this.leastPx(this.detail.points(true)) : 1;
+    // At rest the larger points are not to stay among the others.
+    if (moved || this.shared.leastPx.value > leastPx) this.restart();
+    this.shared.leastPx.value = leastPx;
     this.shared.pxPerM.value = this.target.height / (2 * Math.tan((camera.fov * Math.PI) / 360));
     // A machine that is slow all the same draws no edges meanwhile.
-    this.shade.uniforms.strength.value = moved && this.frameMs > SLOW_MS ? 0 : SHADE_STRENGTH;
-    if (this.share < 1) this.drawShare(camera, moved ? this.budget : Math.max(this.budget, POINTS_AT_REST));
+    this.shade.uniforms.strength.value = moved && this.detail.frame_ms > SLOW_MS ? 0 : SHADE_STRENGTH;
+    if (this.share < 1) this.drawShare(camera, this.detail.points(moved));
     this.compose(camera);
+    if (!moved && this.isComplete) this.detail.pause();
   }
 
   drawShare(camera, points) {
@@ -136,7 +132,9 @@ export class Picture {
       renderer.setClearColor(BACKGROUND, 1);
       renderer.clear();
     }
-    const next = Math.min(1, this.share + points / Math.max(this.total, 1));
+    const { total } = this;
+    const next = Math.min(1, this.share + points / Math.max(total, 1));
+    this.detail.drew((next - this.share) * total);
     for (const layer of this.layers) layer.setShare(this.share, next);
     renderer.render(this.clouds, camera);
     renderer.setRenderTarget(null);
@@ -151,15 +149,11 @@ export class Picture {
     this.renderer.render(this.overlay, camera);
   }
 
-  /** As many points a frame as keep the view's motion smooth. */
-  adapt(now_ms) {
-    const last = this.lastMoved;
-    this.lastMoved = now_ms;
-    if (last === null) return;
-    const took_ms = now_ms - last;
-    this.frameMs = this.frameMs === 0 ? took_ms : 0.7 * this.frameMs + 0.3 * took_ms;
-    if (took_ms > SLOW_MS) this.budget = Math.max(LEAST_POINTS, this.budget * 0.7);
-    else if (took_ms < FAST_MS && this.budget < this.total) this.budget *= 1.1;
+  /** The least size of points of which so many are drawn in a frame. */
+  leastPx(points) {
+    if (points >= this.total) return 1;
+    const covering_px = Math.sqrt((COVERED_SHARE * this.target.width * this.target.height) / points);
+    return Math.min(Math.max(1, covering_px), MOST_LEAST_PX * this.renderer.getPixelRatio());
   }
 }
 

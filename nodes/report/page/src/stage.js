@@ -1,12 +1,12 @@
 // Camera, controls and the loop of frames. Frames are drawn when something has changed, and not otherwise.
 
-import { Box3, PerspectiveCamera, Vector3 } from "three";
+import { Box3, Matrix4, PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { Picture } from "./picture.js";
 import { Walk } from "./walk.js";
 
-/** How much of the smallest sphere around the map fits into the view: a map fills less of it. */
-const SPHERE_SHARE = 0.8;
+/** How much of the view the box around the map fills. */
+const FILLED_SHARE = 0.95;
 /** The whole map is looked at with this slope: 33 degrees downwards. */
 const HOME_SLOPE = 0.65;
 /** A standing person's eyes above the floor. */
@@ -52,31 +52,32 @@ export class Stage {
     return this.walk.enabled ? "walk" : "orbit";
   }
 
-  /** From where the whole map is in view. */
-  distance_m() {
-    const half_rad = (this.camera.fov * Math.PI) / 360;
-    const narrower_rad = Math.min(half_rad, Math.atan(Math.tan(half_rad) * this.camera.aspect));
-    return (SPHERE_SHARE * this.size_m) / 2 / Math.sin(narrower_rad);
+  /** Looks at the middle of the map from where all of it is in view, `from` being the direction from there. */
+  showAll(from) {
+    this.setMode("orbit");
+    const middle = this.box.getCenter(new Vector3());
+    const half = this.box.getSize(new Vector3()).multiplyScalar(0.5);
+    const up = FILLED_SHARE * Math.tan((this.camera.fov * Math.PI) / 360);
+    const axes = new Matrix4().lookAt(from, new Vector3(), this.camera.up).invert();
+    let distance_m = 0;
+    for (let corner = 0; corner < 8; corner += 1) {
+      const { x, y, z } = half.clone().multiply(new Vector3(...[1, 2, 4].map((bit) => (corner & bit ? 1 : -1)))).applyMatrix4(axes);
+      distance_m = Math.max(distance_m, z + Math.abs(y) / up, z + Math.abs(x) / (up * this.camera.aspect));
+    }
+    this.orbit.target.copy(middle);
+    this.camera.position.copy(middle).addScaledVector(from.clone().normalize(), distance_m);
+    this.orbit.update();
+    this.wake(true);
   }
 
   /** The view of the whole map, from above and behind. */
   home() {
-    this.setMode("orbit");
-    const middle = this.box.getCenter(new Vector3());
-    this.orbit.target.copy(middle);
-    this.camera.position.copy(middle).addScaledVector(this.towards.clone().negate().setZ(HOME_SLOPE).normalize(), this.distance_m());
-    this.orbit.update();
-    this.wake(true);
+    this.showAll(this.towards.clone().negate().setZ(HOME_SLOPE));
   }
 
   /** The view from straight above. */
   above() {
-    this.setMode("orbit");
-    const middle = this.box.getCenter(new Vector3());
-    this.orbit.target.copy(middle);
-    this.camera.position.copy(middle).add(new Vector3(0, -0.001, this.distance_m()));
-    this.orbit.update();
-    this.wake(true);
+    this.showAll(new Vector3(0, -0.0001, 1));
   }
 
   /** Turns about the upright axis by an angle. */

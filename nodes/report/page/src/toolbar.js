@@ -2,9 +2,6 @@
 
 import { button, choice, element, slider } from "./dom.js";
 
-/** Slider steps a metre of the cut heights. */
-const CUT_STEP_M = 0.05;
-
 /** The buttons above the view. */
 export function toolbar(stage, measure, walkFrom, name) {
   const walk = button("Walk", () => {
@@ -36,15 +33,8 @@ function savePicture(stage, name) {
 }
 
 /** Colours, size of the points, heights. */
-export function settings(stage, shared, layers, bounds, hasColour) {
+export function settings(stage, heightCut, layers, bounds, hasColour) {
   const changed = () => stage.changed();
-  const [low, high] = [Math.floor(bounds[0][2] / CUT_STEP_M) * CUT_STEP_M, Math.ceil(bounds[1][2] / CUT_STEP_M) * CUT_STEP_M];
-  const cut = (axis) => (value) => {
-    shared.cut.value[axis] = value;
-    changed();
-  };
-  const metres = (value) => `${value.toFixed(2)} m`;
-  const heights = { min: low, max: high, step: CUT_STEP_M };
   const spacings = layers.map((layer) => layer.look.sizeM.value);
   const resize = (factor) => {
     layers.forEach((layer, n) => (layer.look.sizeM.value = spacings[n] * factor));
@@ -57,6 +47,5 @@ export function settings(stage, shared, layers, bounds, hasColour) {
   return element("fieldset", { class: "settings" }, element("legend", {}, "Points"),
     hasColour ? choice("Colour", [["2", "as seen"], ["0", "by height"]], "2", colour) : "",
     slider("Size", { min: 0.25, max: 4, step: 0.25, value: 1 }, resize, (value) => `${value} ×`),
-    slider("Not below", { ...heights, value: low }, cut("x"), metres),
-    slider("Not above", { ...heights, value: high }, cut("y"), metres));
+    ...heightCut.sliders(bounds, changed));
 }

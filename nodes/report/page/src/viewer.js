@@ -4,8 +4,10 @@ import { Quaternion, Vector3 } from "three";
 import { CloudLayer, geometriesOf } from "./cloud_layer.js";
 import { COLOURING, sharedUniforms } from "./cloud_material.js";
 import { COLOURS } from "./colours.js";
+import { belowCeiling_m } from "./ceiling.js";
 import { linkCharts } from "./charts.js";
 import { element, grouped } from "./dom.js";
+import { HeightCut } from "./height_cut.js";
 import { layerList } from "./layers.js";
 import { Measure } from "./measure.js";
 import { MeshLayer, readMesh } from "./mesh_layer.js";
@@ -22,6 +24,8 @@ import { Views } from "./views.js";
 /** Points that a page keeps, and that it keeps on a phone. */
 const MOST_POINTS = 12_000_000;
 const MOST_POINTS_ON_PHONE = 1_000_000;
+/** Points that tell where the ceiling is. */
+const HEIGHT_SAMPLES = 50_000;
 /** How large a point is drawn, in distances of neighbouring points: the map without gaps when seen from the side, the others so that they do not hide it. */
 export const SIZE_IN_SPACINGS = { map: 1.5, removed: 0.5, kept_out: 0.7 };
 /** The key of a layer that is coloured by height. */
@@ -43,11 +47,14 @@ export async function startViewer(place, header) {
   const canvas = sceneCanvas();
   const shared = sharedUniforms(header);
   const stage = new Stage(canvas, header.bounds_m, homeDirection(run), isPhone, shared, () => showStatus(status, stage, header));
+  const heightCut = new HeightCut(shared.cut);
+  heightCut.begin(belowCeiling_m(someHeights_m(sets.map)));
   const clouds = cloudLayers(header, sets, shared);
   const triangles = header.mesh ? [meshLayer(header.mesh, await readMesh(header.mesh), shared, clouds[0].cloud.look)] : [];
   for (const { cloud } of [...clouds, ...triangles]) stage.picture.addLayer(cloud);
   const moment = run.cycles.length > 0 ? new Moment(run.cycles.map((cycle) => cycle.t_s)) : null;
   const overlay = new Overlay(header, run);
+  overlay.cutBy(heightCut);
   for (const group of Object.values(overlay.groups)) stage.picture.overlay.add(group);
   const result = element("p", { class: "result", role: "status" });
   const measure = new Measure(stage, (text) => (result.textContent = text));
@@ -56,7 +63,7 @@ export async function startViewer(place, header) {
   const walkFrom = () => run.cycles[moment?.index ?? 0]?.pose.slice(0, 3) ?? null;
   const side = element("div", { class: "side" },
     layerList(layerGroups(header, [...clouds, ...triangles], overlay), () => stage.changed()),
-    settings(stage, shared, clouds.map(({ cloud }) => cloud), header.bounds_m, header.points.map.has.includes("colour")));
+    settings(stage, heightCut, clouds.map(({ cloud }) => cloud), header.bounds_m, header.points.map.has.includes("colour")));
   const viewer = element("div", { class: "viewer" }, toolbar(stage, measure, walkFrom, header.title),
     element("div", { class: "stage" }, canvas, status, result), side,
     moment ? timeLine(moment, run.cycles) : "", panels.element, help());
@@ -69,6 +76,14 @@ export async function startViewer(place, header) {
     linkCharts(moment);
     follow(moment, run, new Views(header), { clouds, overlay, panels, stage });
   }
+}
+
+/** The heights of an even choice of the points of a set. */
+function someHeights_m(blocks) {
+  const total = blocks.reduce((sum, { block }) => sum + block.count, 0);
+  // Each beginning of a block is spread evenly over it.
+  return blocks.flatMap(({ block: { origin_m, step_m, count, positions } }) =>
+    Array.from({ length: Math.ceil(count * Math.min(1, HEIGHT_SAMPLES / total)) }, (_, n) => origin_m[2] + positions[4 * n + 2] * step_m));
 }
 
 /** The canvas of the 3D view. */
@@ -170,7 +185,7 @@ export function showStatus(status, { picture, mode }, header) {
   status.textContent = `${part}${thinned}${mode === "walk" ? "; walking" : ""}`;
   status.dataset.drawn = drawn;
   status.dataset.total = total;
-  status.dataset.frameMs = picture.frameMs.toFixed(1);
+  status.dataset.frameMs = picture.detail.frame_ms.toFixed(1);
 }
 
 export function sceneKey(event, stage, measure, moment) {

@@ -127,22 +127,33 @@ test("a map with colours is drawn in them, and by height where that is chosen", 
   const { page } = coloured;
   const colour = page.locator(".settings select");
   assert.deepEqual(await colour.locator("option").allTextContents(), ["as seen", "by height"]);
+  // The walls are 2.4 m high, under a white ceiling.
+  const height = page.getByLabel("Not above");
+  assert.ok((await height.inputValue()) <= 2.4 && (await height.inputValue()) >= 2.2);
+  assert.match(await page.locator(".settings").innerText(), /The ceiling is cut off/);
   const shares = () => page.evaluate(() => {
     const canvas = document.querySelector("canvas.scene");
     const copy = Object.assign(document.createElement("canvas"), { width: 200, height: 150 });
     const context = copy.getContext("2d");
     context.drawImage(canvas, 0, 0, 200, 150);
     const { data } = context.getImageData(0, 0, 200, 150);
-    let [red, blue] = [0, 0];
+    let [red, blue, white] = [0, 0, 0];
     for (let at = 0; at < data.length; at += 4) {
       if (data[at] > 2 * data[at + 1] + 20 && data[at] > 2 * data[at + 2] + 20) red += 1;
+      if (Math.min(data[at], data[at + 1], data[at + 2]) > 150) white += 1;
       if (data[at + 2] > 2 * data[at] + 20 && data[at + 2] > 2 * data[at + 1] + 20) blue += 1;
     }
-    return { red, blue };
+    return { red, blue, white };
   });
   await complete(page);
   const seen = await shares();
   assert.ok(seen.red > 300 && seen.blue > 300, JSON.stringify(seen));
+  await height.fill("2.45");
+  await complete(page);
+  const under = await shares();
+  assert.ok(under.white > seen.white + 500, `the ceiling is there: ${JSON.stringify([seen, under])}`);
+  await height.fill("2.2");
+  await complete(page);
   const before = await pixels(page, "canvas.scene");
   await colour.selectOption("0");
   assert.notEqual(await pixels(page, "canvas.scene"), before);
@@ -151,6 +162,7 @@ test("a map with colours is drawn in them, and by height where that is chosen", 
   await coloured.close();
   const plain = await open(file("room.html"));
   assert.equal(await plain.page.locator(".settings select").count(), 0);
+  assert.doesNotMatch(await plain.page.locator(".settings").innerText(), /ceiling/);
   await plain.close();
 });
 
@@ -286,9 +298,10 @@ test("ten million points are turned with fewer, and shown all at rest", async ()
     return drawn;
   });
   const last = frames.slice(-11);
+  // How fast it is depends on the machine; `detail.test.mjs` has what the page makes of it.
   const rate = (10_000 / (last.at(-1).at_ms - last[0].at_ms)).toFixed(1);
   console.log(`ten million points: ${rate} frames a second with ${last.at(-1).points} points while it is turned`);
-  assert.ok(last.every(({ points }) => points < total), "detail is lower in motion");
+  assert.ok(last.every(({ points }) => points < total && points >= 5000), "detail is lower in motion");
   await complete(page);
   assert.deepEqual(faults, []);
   await close();

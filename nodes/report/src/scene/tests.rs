@@ -22,7 +22,7 @@ fn block_of(page: &str, name: &str) -> Vec<u8> {
     let from = page.find(&start).unwrap() + start.len();
     let text = &page[from..from + page[from..].find('<').unwrap()];
     let mut bytes = Vec::new();
-    DeflateDecoder::new(&*STANDARD.decode(text).unwrap()).read_to_end(&mut bytes).unwrap();
+    DeflateDecoder::new(&*crate::payload::bytes_of(text)).read_to_end(&mut bytes).unwrap();
     bytes
 }
 

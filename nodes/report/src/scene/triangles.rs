@@ -9,7 +9,9 @@ use serde_json::{Value, json};
 use super::point_set::curve;
 use crate::payload::{drawn_colour, push_colours, push_differences_16, push_varint};
 
-/// A step of the coordinates, of a mesh that is not too large for it: as that of points.
+/// Steps of the coordinates along a triangle's edge, of a mesh that is not too large for them ...
+const STEPS_IN_EDGE: f64 = 16.0;
+/// ... and the finest step.
 const LEAST_STEP_M: f32 = 0.001;
 /// Where a mesh is made coarser the cells for its vertices begin with this share of the edge that is expected to suffice ...
 const FIRST_SHARE: f64 = 0.8;
@@ -34,14 +36,17 @@ impl Triangles {
     pub(super) fn of(mesh: &TriangleMesh, most: usize, spacing_m: f64) -> Self {
         let total = mesh.triangles.len();
         let mut drawn = Surface::of(mesh);
+        let mut drawn_edge_m = spacing_m;
         // The number of triangles goes with the square of their edges.
         let mut edge_m = FIRST_SHARE * spacing_m * (total as f64 / most.max(1) as f64).sqrt();
         while drawn.triangles.len() > most.max(1) {
             let Ok(grid) = VoxelGrid::new(edge_m) else { break };
             drawn = Surface::of(mesh).coarser(&grid);
+            drawn_edge_m = edge_m;
             edge_m *= GROWTH;
         }
-        drawn.encoded(total, !mesh.colours.is_empty())
+        let step_m = ((drawn_edge_m / STEPS_IN_EDGE) as f32).max(LEAST_STEP_M);
+        drawn.encoded(total, step_m, !mesh.colours.is_empty())
     }
 
     pub(super) fn header(&self) -> Value {
@@ -108,7 +113,7 @@ impl Surface {
         Self { vertices: sums.iter().map(mean).collect(), triangles }
     }
 
-    fn encoded(self, total: usize, has_colours: bool) -> Triangles {
+    fn encoded(self, total: usize, finest_step_m: f32, has_colours: bool) -> Triangles {
         let mut is_used = vec![false; self.vertices.len()];
         self.triangles.iter().flatten().for_each(|corner| is_used[*corner] = true);
         let used: Vec<usize> = (0..is_used.len()).filter(|vertex| is_used[*vertex]).collect();
@@ -117,7 +122,7 @@ impl Surface {
         let most_m = places_m().reduce(|high, at_m| high.sup(&at_m)).unwrap_or_default();
         let step_m = ((most_m / 2.0 - least_m.coords / 2.0).coords.amax()
             / f32::from(u16::MAX / 2))
-        .max(LEAST_STEP_M);
+        .max(finest_step_m);
         // The cast saturates.
         let steps = |at_m: &Point3<f32>| {
             <[f32; 3]>::from((at_m / step_m - least_m.coords / step_m).coords)
@@ -269,8 +274,11 @@ mod tests {
         assert_eq!((points_m.len(), corners.len()), (21 * 21, 800));
         // The sum is that of all areas only if each is counterclockwise from above.
         assert!((area_m2(&points_m, &corners) - 1.0).abs() < 1e-3);
-        let is_known =
-            |at_m: &Point3<f32>| mesh.points_m.iter().any(|known| (known - at_m).amax() <= 0.000_6);
+        let half_step_m = 0.501 * triangles.step_m;
+        assert!((0.05 / 17.0..0.05 / 15.0).contains(&triangles.step_m));
+        let is_known = |at_m: &Point3<f32>| {
+            mesh.points_m.iter().any(|known| (known - at_m).amax() <= half_step_m)
+        };
         assert!(points_m.iter().all(is_known));
     }
 
