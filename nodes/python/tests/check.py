@@ -234,6 +234,8 @@ class Failures(unittest.TestCase):
             self.assertGreater(len(counted), 1000)
 
     def test_ctrl_c_ends_a_run(self):
+        # A shell that starts this in the background has it ignored.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         run = stillmap.run(BAG)
         next(run)
         threading.Timer(0.2, signal.raise_signal, [signal.SIGINT]).start()
