@@ -23,6 +23,9 @@ pub trait Executor: Debug + Send + Sync {
     fn threads(&self) -> NonZeroUsize;
 
     /// Does all tasks, and returns when the last one is done. Panics of a task are passed on.
+    ///
+    /// The executor of an owner that is to end may leave out tasks that have not begun: only where the caller's docs say what that leaves
+    /// undone.
     fn run(&self, tasks: Vec<Task<'_>>);
 }
 
