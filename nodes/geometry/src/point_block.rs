@@ -87,52 +87,54 @@ impl BlockKeys {
     pub(crate) fn at(&self, place: usize) -> VoxelKey {
         VoxelKey { x: self.x[place], y: self.y[place], z: self.z[place] }
     }
+
+    /// The number that the lowest `BITS` of each of a cell's coordinates make: another one for each cell of a cube of
+    /// `2^BITS` cells' edge.
+    pub(crate) fn places<const BITS: u32>(&self) -> [u32; PointBlock::CAPACITY] {
+        let low = (1 << BITS) - 1;
+        let mut places = [0; PointBlock::CAPACITY];
+        for (((place, x), y), z) in places.iter_mut().zip(&self.x).zip(&self.y).zip(&self.z) {
+            *place = ((x & low) | (y & low) << BITS | (z & low) << (2 * BITS)) as u32;
+        }
+        places
+    }
 }
 
 /// `(value_m / edge_m).floor() as i32` of each value that is finite.
 ///
-/// A division takes several times as long as a product with the inverse, whose relative error is below `2^-51`: that is as good
-/// except within this error of a whole number, where all values of the block are divided.
+/// In single precision, several at once: the product with the inverse has a relative error of less than `2^-22`, so that its floor
+/// is right except within this error of a whole number. Values that near to one, and those of cells beyond `2^20`, are divided in
+/// double precision.
 #[multiversion(targets("x86_64+avx2"))]
 fn cells_along(
     values_m: &[f32; PointBlock::CAPACITY],
     edge_m: f64,
     cells: &mut [i32; PointBlock::CAPACITY],
 ) {
-    const ERROR: f64 = 1.0 / (1_u64 << 50) as f64;
-    let by_edge = 1.0 / edge_m;
-    let mut is_close = !by_edge.is_finite();
-    for (cell, &value_m) in cells.iter_mut().zip(values_m) {
-        let quotient = f64::from(value_m) * by_edge;
-        let Floor { floor, nearest } = floor(quotient);
-        *cell = floor;
-        is_close |= (quotient - nearest).abs() <= ERROR * quotient.abs();
+    const ERROR: f32 = 1.0 / (1_u32 << 22) as f32;
+    const MOST: f32 = (1_u32 << 20) as f32;
+    /// 1.5 * 2^23: a number added to it is rounded to an integer, which becomes the low bits of the sum.
+    const ROUNDING: f32 = 12_582_912.0;
+    let by_edge = (1.0 / edge_m) as f32;
+    let has_inverse = by_edge.is_normal();
+    let mut is_close = [false; PointBlock::CAPACITY];
+    for ((cell, is_close), &value_m) in cells.iter_mut().zip(&mut is_close).zip(values_m) {
+        let quotient = value_m * by_edge;
+        let rounded = quotient + ROUNDING;
+        let nearest = rounded - ROUNDING;
+        let integer = rounded.to_bits().wrapping_sub(ROUNDING.to_bits()) as i32;
+        *cell = integer.wrapping_sub(i32::from(nearest > quotient));
+        let is_near_whole = (quotient - nearest).abs() <= ERROR * quotient.abs();
+        *is_close = is_near_whole | (quotient.abs() >= MOST) | !has_inverse;
     }
-    if is_close {
-        for (cell, &value_m) in cells.iter_mut().zip(values_m) {
-            *cell = floor(f64::from(value_m) / edge_m).floor;
+    if is_close.contains(&true) {
+        for ((cell, _), &value_m) in
+            cells.iter_mut().zip(is_close).zip(values_m).filter(|((_, is_close), _)| *is_close)
+        {
+            // The cast saturates.
+            *cell = (f64::from(value_m) / edge_m).floor() as i32;
         }
     }
-}
-
-struct Floor {
-    floor: i32,
-    /// The nearest whole number.
-    nearest: f64,
-}
-
-/// `quotient.floor() as i32` of a finite number, without a call or a branch: where the processor's baseline has no instruction
-/// for `floor`, that one costs as much as all the rest.
-#[inline(always)]
-fn floor(quotient: f64) -> Floor {
-    /// 1.5 * 2^52: a number added to it is rounded to an integer, and that integer's low 32 bits
-    /// become the low bits of the sum.
-    const ROUNDING: f64 = 6_755_399_441_055_744.0;
-    let quotient = quotient.clamp(f64::from(i32::MIN), f64::from(i32::MAX));
-    let rounded = quotient + ROUNDING;
-    let nearest = rounded - ROUNDING;
-    let floor = (rounded.to_bits() as i32).wrapping_sub(i32::from(nearest > quotient));
-    Floor { floor, nearest }
 }
 
 #[cfg(test)]

@@ -10,30 +10,31 @@ const FIRST_SLOTS: usize = 1 << 12;
 /// A table has at least this many slots for each occupied cell: most cells are found at once.
 const SLOTS_PER_CELL: usize = 3;
 
-/// The points of one occupied cell.
+/// Low bits of each coordinate of a key by which its cell is looked for first: 128 kB of places, and no two of the same place
+/// within 32 cells along each axis.
+const RECENT_BITS: u32 = 5;
+
+/// The points of one occupied cell: the sums of their coordinates in metres, and their number, which is exact up to 2^53. In one
+/// array, since the processor then adds a point in one or two instructions.
 #[derive(Clone, Copy, Debug, Default)]
-struct Cell {
-    sum_m: [f64; 3],
-    points: u64,
-}
+struct Cell([f64; 4]);
 
 impl Cell {
     #[inline]
     fn add(&mut self, [x, y, z]: [f32; 3]) {
-        self.sum_m[0] += f64::from(x);
-        self.sum_m[1] += f64::from(y);
-        self.sum_m[2] += f64::from(z);
-        self.points += 1;
+        for (sum, value) in self.0.iter_mut().zip([x, y, z, 1.0]) {
+            *sum += f64::from(value);
+        }
     }
 
     /// How many there are; no image has more than a count of 32 bits holds.
     fn count(&self) -> u32 {
-        u32::try_from(self.points).unwrap_or(u32::MAX)
+        self.0[3] as u32
     }
 
     fn mean(&self) -> Point3<f32> {
-        let points = self.points as f64;
-        Point3::from(self.sum_m.map(|sum_m| (sum_m / points) as f32))
+        let Self([x, y, z, points]) = *self;
+        Point3::from([x, y, z].map(|sum_m| (sum_m / points) as f32))
     }
 }
 
@@ -59,6 +60,9 @@ pub struct VoxelAccumulator {
     keys: Vec<VoxelKey>,
     /// Open addressing over `cells`; its length is a power of two.
     slots: Vec<Slot>,
+    /// The index of a cell that was found at this place; see [`BlockKeys::places`](crate::point_block::BlockKeys::places).
+    /// Whether it is the cell looked for, its key tells.
+    recent: Vec<u32>,
     points: u64,
 }
 
@@ -67,7 +71,8 @@ impl VoxelAccumulator {
     #[must_use]
     pub fn new(grid: VoxelGrid) -> Self {
         let slots = vec![Slot::default(); FIRST_SLOTS];
-        Self { grid, cells: Vec::new(), keys: Vec::new(), slots, points: 0 }
+        let recent = vec![0; 1 << (3 * RECENT_BITS)];
+        Self { grid, cells: Vec::new(), keys: Vec::new(), slots, recent, points: 0 }
     }
 
     /// The grid that the points are collected into.
@@ -112,31 +117,23 @@ impl VoxelAccumulator {
     pub(crate) fn push_block(&mut self, block: &PointBlock) {
         let keys = block.keys(self.grid.edge_m());
         let finite = block.finite_places();
-        // Neighbouring pixels mostly share a cell. Its sums are held here, where the processor need
-        // not wait for one addition to reach memory and return before the next.
-        let (mut open, mut open_key, mut open_index) = (Cell::default(), VoxelKey::default(), 0);
+        let recent = keys.places::<RECENT_BITS>();
         let mut points = 0;
-        let places = finite.iter().take(block.len).enumerate();
-        for (place, _) in places.filter(|(_, is_finite)| **is_finite) {
-            let key = keys.at(place);
-            if key != open_key || open.points == 0 {
-                self.close(open_index, open);
-                open_index = self.cell_of(key);
-                open_key = key;
-                open = self.cells.get(open_index).copied().unwrap_or_default();
+        for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
+            let (key, recent) = (keys.at(place), recent[place] as usize);
+            // Neighbouring points are in a few cells by turns, in an order that no processor foretells. Most are found here, by
+            // a comparison that it does foretell, whichever of them it is.
+            let mut index = self.recent[recent] as usize;
+            if self.keys.get(index) != Some(&key) {
+                index = self.cell_of(key);
+                self.recent[recent] = index as u32;
             }
-            open.add([block.x_m[place], block.y_m[place], block.z_m[place]]);
-            points += 1;
+            if let Some(cell) = self.cells.get_mut(index) {
+                cell.add([block.x_m[place], block.y_m[place], block.z_m[place]]);
+                points += 1;
+            }
         }
-        self.close(open_index, open);
         self.points += points;
-    }
-
-    /// Puts back a cell that points were added to.
-    fn close(&mut self, index: usize, cell: Cell) {
-        if let Some(place) = self.cells.get_mut(index).filter(|_| cell.points > 0) {
-            *place = cell;
-        }
     }
 
     /// The mean of the points of each occupied cell, in ascending order of the cells' keys. Leaves
