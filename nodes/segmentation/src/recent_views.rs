@@ -27,6 +27,15 @@ const MIN_EMPTY: usize = 3;
 /// is seen in one cycle of ten is kept six times in seven.
 const MIN_GONE: usize = 18;
 
+/// Whether a place was in view and empty in enough of the cycles remembered.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct WasEmpty {
+    /// By all cycles.
+    pub from_anywhere: bool,
+    /// Without those in which no ray returned at all and the camera was farther from the place than the distance asked for.
+    pub from_near: bool,
+}
+
 /// The last cycles' views.
 #[derive(Clone, Debug)]
 pub struct RecentViews {
@@ -48,16 +57,23 @@ impl RecentViews {
         *self = Self::new(self.edge_m);
     }
 
-    /// Whether a place of the map was in view and empty in enough of the cycles remembered. Where no ray returned at all a cycle
-    /// counts when its camera was no farther than `no_return_reach_m` from the place.
+    /// Whether a place of the map was in view and empty in enough of the cycles remembered; see [`WasEmpty`].
     #[must_use]
-    pub fn was_empty(&self, place_in_map: &Point3<f64>, no_return_reach_m: f64) -> bool {
-        let was_empty = |view: &&TiledView| match view.sight(place_in_map, self.edge_m) {
-            Sight::ReturnsBehind => true,
-            Sight::NoReturn => distance(place_in_map, &view.camera_in_map_m()) <= no_return_reach_m,
-            Sight::OutOfView | Sight::Returns => false,
-        };
-        self.views.iter().filter(was_empty).take(MIN_EMPTY).count() == MIN_EMPTY
+    pub fn was_empty(&self, place_in_map: &Point3<f64>, near_m: f64) -> WasEmpty {
+        let (mut cycles, mut near_cycles) = (0, 0);
+        for view in &self.views {
+            let is_near = match view.sight(place_in_map, self.edge_m) {
+                Sight::ReturnsBehind => true,
+                Sight::NoReturn => distance(place_in_map, &view.camera_in_map_m()) <= near_m,
+                Sight::OutOfView | Sight::Returns => continue,
+            };
+            cycles += 1;
+            near_cycles += usize::from(is_near);
+            if near_cycles == MIN_EMPTY {
+                break;
+            }
+        }
+        WasEmpty { from_anywhere: cycles >= MIN_EMPTY, from_near: near_cycles >= MIN_EMPTY }
     }
 
     /// Whether what was hit last at `last_hit` in a place of the map has left since: enough of the cycles that were remembered

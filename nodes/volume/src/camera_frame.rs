@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
-use crate::projection::CameraBox;
+use crate::projection::{CameraBox, CameraBoxes, LANES};
 
 /// The pose of a camera, as places and cubes of the map need it.
 #[derive(Clone, Copy, Debug)]
@@ -45,5 +45,21 @@ impl CameraFrame {
     pub(crate) fn around_cube(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> CameraBox {
         let half_m = self.half.map(|half| half * edge_m);
         CameraBox { middle_m: self.in_camera_m(middle_in_map_m), half_m }
+    }
+
+    /// The same around several cubes.
+    #[inline]
+    pub(crate) fn around_cubes(
+        &self,
+        middles_in_map_m: &[Point3<f64>; LANES],
+        edge_m: f32,
+    ) -> CameraBoxes {
+        let mut middle_m = [[0.0; LANES]; 3];
+        for (cube, middle_in_map_m) in middles_in_map_m.iter().enumerate() {
+            for (along, value_m) in middle_m.iter_mut().zip(self.in_camera_m(middle_in_map_m)) {
+                along[cube] = value_m;
+            }
+        }
+        CameraBoxes { middle_m, half_m: self.half.map(|half| half * edge_m) }
     }
 }

@@ -7,7 +7,7 @@ use crate::camera_frame::CameraFrame;
 use crate::depth_view::DepthView;
 use crate::levels::level_of;
 use crate::noise::DepthNoise;
-use crate::projection::{Covered, Extent, Project};
+use crate::projection::{Covered, Extent, LANES, Project};
 
 /// The maximum number of root cubes along an axis of the box around the view, less one.
 const ROOTS_AN_AXIS: i64 = 4;
@@ -104,13 +104,29 @@ impl<'a, P: Project> Judge<'a, P> {
     /// The class of a cube with this centre.
     #[inline]
     pub(crate) fn judge(&self, middle_in_map_m: &Point3<f64>, edge_m: f32) -> Verdict {
-        let covered = match self.extent(middle_in_map_m, edge_m) {
+        self.judge_extent(&self.extent(middle_in_map_m, edge_m))
+    }
+
+    /// The classes of several cubes of one size with these centres.
+    #[inline]
+    pub(crate) fn judge_all(
+        &self,
+        middles_in_map_m: &[Point3<f64>; LANES],
+        edge_m: f32,
+    ) -> [Verdict; LANES] {
+        let boxes = self.frame.around_cubes(middles_in_map_m, edge_m);
+        self.projection.extents(&boxes).map(|extent| self.judge_extent(&extent))
+    }
+
+    #[inline]
+    fn judge_extent(&self, extent: &Extent) -> Verdict {
+        let covered = match extent {
             Extent::Outside => return Verdict::Unseen,
             Extent::Undecided => return Verdict::Mixed,
             Extent::Within(covered) => covered,
         };
         let Margins { before_m, behind, reach_m } = self.margins;
-        let Covered { nearest_m, farthest_m, columns, rows, is_cut } = covered;
+        let Covered { nearest_m, farthest_m, columns, rows, is_cut } = *covered;
         if nearest_m > reach_m {
             return Verdict::Unseen;
         }
@@ -130,18 +146,13 @@ impl<'a, P: Project> Judge<'a, P> {
 
     /// Whether some eighth of a cube is mixed, and whether some is free.
     pub(crate) fn eighths(&self, middle_in_map_m: &Point3<f64>, edge_m: f64) -> (bool, bool) {
-        let (mut is_mixed, mut is_free) = (false, false);
-        for eighth in 0..8 {
+        let middles_m = std::array::from_fn(|eighth| {
             let aside_m = Vector3::new(eighth & 1, eighth >> 1 & 1, eighth >> 2)
-                .map(|upper| (f64::from(upper) - 0.5) * 0.5 * edge_m);
-            let verdict = self.judge(&(middle_in_map_m + aside_m), 0.5 * edge_m as f32);
-            is_free |= verdict == Verdict::Free;
-            is_mixed |= verdict == Verdict::Mixed;
-            if is_mixed {
-                break;
-            }
-        }
-        (is_mixed, is_free)
+                .map(|upper| (upper as f64 - 0.5) * 0.5 * edge_m);
+            middle_in_map_m + aside_m
+        });
+        let verdicts = self.judge_all(&middles_m, 0.5 * edge_m as f32);
+        (verdicts.contains(&Verdict::Mixed), verdicts.contains(&Verdict::Free))
     }
 
     /// How many pixels a pixel of the voxel's coarser level extends beyond the voxel's own pixel.
@@ -176,7 +187,8 @@ impl<P: Project> Descent<'_, P> {
         };
         let mut judged = 0;
         for root in roots {
-            if !self.visit_cube(root, level, &mut judged, &mut visit) {
+            let verdict = self.judge.judge(&self.middle_m(root, level), self.edge_m(level) as f32);
+            if !self.visit_cube(root, level, verdict, &mut judged, &mut visit) {
                 return false;
             }
         }
@@ -187,6 +199,7 @@ impl<P: Project> Descent<'_, P> {
         &self,
         least: BlockKey,
         level: u32,
+        verdict: Verdict,
         judged: &mut usize,
         visit: &mut impl FnMut(BlockKey, u32, Verdict),
     ) -> bool {
@@ -194,31 +207,41 @@ impl<P: Project> Descent<'_, P> {
         if *judged > self.most_judged {
             return false;
         }
-        let edge_m = self.block_edge_m * f64::from(1_u32 << level);
-        let middle_m = self.middle_m(least, level);
-        let verdict = self.judge.judge(&middle_m, edge_m as f32);
         match verdict {
             Verdict::Unseen | Verdict::Hidden => return true,
             Verdict::Free | Verdict::Blank => visit(least, level, verdict),
             Verdict::Mixed if level == 0 => visit(least, level, verdict),
             Verdict::Mixed => {
-                let half = 1_i32 << (level - 1);
-                // The eighth on the camera's side comes first, so that cubes that are left out are far away.
-                let camera_m = self.judge.frame.camera_in_map_m;
-                let nearest = [0, 1, 2].map(|axis: usize| camera_m[axis] > middle_m[axis]);
-                for eighth in 0..8 {
-                    let step = |axis: usize| {
-                        let is_upper = (eighth >> axis & 1 == 1) != nearest[axis];
-                        if is_upper { half } else { 0 }
-                    };
-                    let child = least.offset(step(0), step(1), step(2));
-                    if !self.visit_cube(child, level - 1, judged, visit) {
+                let children = self.children(least, level);
+                let middles_m = children.map(|child| self.middle_m(child, level - 1));
+                let verdicts = self.judge.judge_all(&middles_m, self.edge_m(level - 1) as f32);
+                for (child, verdict) in children.into_iter().zip(verdicts) {
+                    if !self.visit_cube(child, level - 1, verdict, judged, visit) {
                         return false;
                     }
                 }
             }
         }
         true
+    }
+
+    /// The eighths of a cube above level 0. The one on the camera's side comes first, so that cubes that are left out are far away.
+    fn children(&self, least: BlockKey, level: u32) -> [BlockKey; LANES] {
+        let (half, middle_m) = (1_i32 << (level - 1), self.middle_m(least, level));
+        let camera_m = self.judge.frame.camera_in_map_m;
+        let nearest = [0, 1, 2].map(|axis: usize| camera_m[axis] > middle_m[axis]);
+        std::array::from_fn(|eighth| {
+            let step = |axis: usize| {
+                let is_upper = (eighth >> axis & 1 == 1) != nearest[axis];
+                if is_upper { half } else { 0 }
+            };
+            least.offset(step(0), step(1), step(2))
+        })
+    }
+
+    /// The edge of the cubes of a level.
+    fn edge_m(&self, level: u32) -> f64 {
+        self.block_edge_m * f64::from(1_u32 << level)
     }
 
     fn middle_m(&self, least: BlockKey, level: u32) -> Point3<f64> {

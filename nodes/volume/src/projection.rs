@@ -33,6 +33,13 @@ pub(crate) struct CameraBox {
     pub(crate) half_m: [f32; 3],
 }
 
+/// Boxes of one size in the camera frame: their centres, coordinate by coordinate, and half their edges along the camera's axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraBoxes {
+    pub(crate) middle_m: [[f32; LANES]; 3],
+    pub(crate) half_m: [f32; 3],
+}
+
 /// The part of the image that a box covers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Extent {
@@ -64,6 +71,16 @@ pub(crate) trait Project: Copy + Sync {
 
     /// The part of the image that a box covers.
     fn extent(&self, of: &CameraBox) -> Extent;
+
+    /// The same of several boxes.
+    fn extents(&self, of: &CameraBoxes) -> [Extent; LANES] {
+        let CameraBoxes { middle_m: [x, y, z], half_m } = *of;
+        let mut extents = [Extent::Outside; LANES];
+        for (((extent, x), y), z) in extents.iter_mut().zip(x).zip(y).zip(z) {
+            *extent = self.extent(&CameraBox { middle_m: [x, y, z], half_m });
+        }
+        extents
+    }
 
     /// The length that a pixel spans at a depth of 1 m.
     fn pixel_slope(&self) -> f32;

@@ -112,7 +112,7 @@ impl FreeSpaceSegmenter {
     fn leave_what_is_no_body(&self, points: &CyclePoints<'_>, classes: &mut [PointClass]) {
         let only_no_return = |&point: &usize| {
             classes[point] == PointClass::SeenEmpty
-                && !self.recent_views.was_empty(&points.in_map[point], 0.0)
+                && !self.recent_views.was_empty(&points.in_map[point], 0.0).from_near
         };
         let seeds: Vec<usize> = (0..points.count()).filter(only_no_return).collect();
         if seeds.is_empty() {
@@ -145,13 +145,13 @@ impl FreeSpaceSegmenter {
     /// Whether the camera would have seen in earlier cycles what is there now.
     fn was_seen_empty(&self, points: &CyclePoints<'_>, point: usize) -> bool {
         let voxel = points.voxels[point];
-        let was_empty = |no_return_reach_m: f64| {
-            self.recent_views.was_empty(&points.in_map[point], no_return_reach_m)
-        };
-        self.occupancy.is_untouched(voxel)
-            && was_empty(f64::INFINITY)
-            && (was_empty(AS_NEAR * points.distances_m[point])
-                || !self.occupancy.is_near_surface(voxel, BORDER_VOXELS))
+        if !self.occupancy.is_untouched(voxel) {
+            return false;
+        }
+        let near_m = AS_NEAR * points.distances_m[point];
+        let was_empty = self.recent_views.was_empty(&points.in_map[point], near_m);
+        was_empty.from_near
+            || (was_empty.from_anywhere && !self.occupancy.is_near_surface(voxel, BORDER_VOXELS))
     }
 
     /// The points of bodies that move in their place.

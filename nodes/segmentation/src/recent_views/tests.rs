@@ -80,7 +80,7 @@ fn views_of(cycles: usize, things: &[Point3<f64>]) -> RecentViews {
 #[test]
 fn a_place_before_black_is_empty_once_enough_cycles_have_shown_nothing_there() {
     let place = Point3::new(2.0, 0.3, 0.1);
-    let was_empty = |cycles| views_of(cycles, &rim()).was_empty(&place, NEAR_M);
+    let was_empty = |cycles| views_of(cycles, &rim()).was_empty(&place, NEAR_M).from_near;
     assert!(!was_empty(MIN_EMPTY - 1));
     assert!(was_empty(MIN_EMPTY));
 }
@@ -97,20 +97,27 @@ fn what_was_seen_or_hidden_or_out_of_view_was_not_empty() {
         (Point3::new(-2.0, 0.3, 0.1), "behind the camera"),
         (Point3::new(f64::NAN, 0.3, 0.1), "nowhere"),
     ] {
-        assert!(!views.was_empty(&place, NEAR_M), "{why}");
+        assert!(!views.was_empty(&place, NEAR_M).from_near, "{why}");
     }
-    assert!(views.was_empty(&Point3::new(1.5, 0.3, 0.1), NEAR_M), "clearly before what was seen");
-    assert!(views.was_empty(&Point3::new(2.0, -0.3, 0.1), NEAR_M), "in another direction");
+    assert!(
+        views.was_empty(&Point3::new(1.5, 0.3, 0.1), NEAR_M).from_near,
+        "clearly before what was seen"
+    );
+    assert!(
+        views.was_empty(&Point3::new(2.0, -0.3, 0.1), NEAR_M).from_near,
+        "in another direction"
+    );
 }
 
 #[test]
 fn where_nothing_came_back_the_place_must_have_been_near() {
     let place = Point3::new(2.0, 0.3, 0.1);
     let nothing = views_of(VIEWS, &rim());
-    assert!(nothing.was_empty(&place, 2.1));
-    assert!(!nothing.was_empty(&place, 1.9), "it may have come into range");
+    assert!(nothing.was_empty(&place, 2.1).from_near);
+    assert!(!nothing.was_empty(&place, 1.9).from_near, "it may have come into range");
+    assert!(nothing.was_empty(&place, 1.9).from_anywhere);
     let wall_behind = views_of(VIEWS, &with([2.9, 0.435, 0.145]));
-    assert!(wall_behind.was_empty(&place, 1.9), "it would have hidden the wall");
+    assert!(wall_behind.was_empty(&place, 1.9).from_near, "it would have hidden the wall");
 }
 
 /// Regression: who goes away from the camera hides the places ahead for longer than a second, and his feet on a black
@@ -121,7 +128,7 @@ fn what_was_hidden_for_two_seconds_was_empty_before() {
     let mut views = views_of(MIN_EMPTY, &rim());
     let hidden = from_origin(&with([2.0, 0.3, 0.1]));
     (0..TWO_SECONDS).for_each(|_| views.remember(&hidden));
-    assert!(views.was_empty(&Point3::new(2.4, 0.36, 0.12), NEAR_M));
+    assert!(views.was_empty(&Point3::new(2.4, 0.36, 0.12), NEAR_M).from_near);
 }
 
 #[test]
@@ -133,8 +140,8 @@ fn each_cycle_is_asked_from_where_its_camera_was() {
         views.remember(&view_of(&things, &Translation3::new(x_m, 0.0, 0.0).into(), 0.0));
     }
     // In view from the first place; too near to the last one's to lie between its borders.
-    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0), NEAR_M));
-    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0), NEAR_M));
+    assert!(!views.was_empty(&Point3::new(1.8, 0.6, 0.0), NEAR_M).from_near);
+    assert!(views.was_empty(&Point3::new(1.8, 0.2, 0.0), NEAR_M).from_near);
 }
 
 #[test]
@@ -143,21 +150,27 @@ fn only_the_last_cycles_count_and_none_after_a_new_start() {
     let mut views = views_of(VIEWS, &rim());
     let taken = from_origin(&with([2.0, 0.3, 0.1]));
     for _ in 0..=VIEWS - MIN_EMPTY {
-        assert!(views.was_empty(&place, NEAR_M));
+        assert!(views.was_empty(&place, NEAR_M).from_near);
         views.remember(&taken);
     }
-    assert!(!views.was_empty(&place, NEAR_M));
+    assert!(!views.was_empty(&place, NEAR_M).from_near);
     let mut views = views_of(VIEWS, &rim());
     views.clear();
-    assert!(!views.was_empty(&place, NEAR_M));
+    assert!(!views.was_empty(&place, NEAR_M).from_near);
 }
 
 #[test]
 fn of_what_is_beyond_the_farthest_return_nothing_is_known() {
     let beyond = Point3::new(3.2, 0.3, 0.1);
-    assert!(!views_of(VIEWS, &rim()).was_empty(&beyond, NEAR_M), "it may have come into range");
+    assert!(
+        !views_of(VIEWS, &rim()).was_empty(&beyond, NEAR_M).from_near,
+        "it may have come into range"
+    );
     let covered = views_of(VIEWS, &[]);
-    assert!(!covered.was_empty(&Point3::new(2.0, 0.3, 0.1), NEAR_M), "the lens may be covered");
+    assert!(
+        !covered.was_empty(&Point3::new(2.0, 0.3, 0.1), NEAR_M).from_near,
+        "the lens may be covered"
+    );
 }
 
 /// Whether a place is gone for a camera at the origin, after one cycle that meets it and so many others, a second each,

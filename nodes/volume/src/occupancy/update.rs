@@ -8,7 +8,7 @@ use super::{Occupancy, OccupancyUpdate};
 use crate::block::{BLOCK_EDGE, BlockKey, voxel_index};
 use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
-use crate::projection::Project;
+use crate::projection::{LANES, Project};
 
 /// Space is free if it is nearer than all depths by this many edges: a margin for the noise of depth and of poses, and for the
 /// surface's own voxels.
@@ -119,11 +119,16 @@ impl Occupancy {
         }
         let edge_m = self.config.edge_m;
         let block_m = Vector3::from(key.coordinates()).map(f64::from) * block_edge_m(edge_m);
-        for eighth in 0..8 {
-            let least = [0, 1, 2].map(|axis: usize| least[axis] + half * (eighth >> axis & 1));
+        let eighths: [[usize; 3]; LANES] = std::array::from_fn(|eighth| {
+            [0, 1, 2].map(|axis: usize| least[axis] + half * (eighth >> axis & 1))
+        });
+        let middles_m = eighths.map(|least| {
             let middle = Vector3::from(least).map(|along| along as f64 + 0.5 * half as f64);
-            let middle_m = Point3::from(block_m + middle * edge_m);
-            match judge.judge(&middle_m, (half as f64 * edge_m) as f32) {
+            Point3::from(block_m + middle * edge_m)
+        });
+        let verdicts = judge.judge_all(&middles_m, (half as f64 * edge_m) as f32);
+        for (least, verdict) in eighths.into_iter().zip(verdicts) {
+            match verdict {
                 Verdict::Unseen | Verdict::Blank | Verdict::Hidden => {}
                 Verdict::Mixed => self.find_free(key, judge, least, half, free),
                 Verdict::Free => {

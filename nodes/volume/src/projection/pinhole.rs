@@ -1,9 +1,11 @@
 //! The image of a pinhole camera without distortion.
 
 use geometry::CameraModel;
+use multiversion::multiversion;
 
 use super::{
-    CameraBox, Covered, Extent, LANES, Project, Row, depths_between, nearest, pixels_between,
+    CameraBox, CameraBoxes, Covered, Extent, LANES, Project, ROUNDING_PX, Row, depths_between,
+    nearest, pixels_between,
 };
 
 /// The smallest depth that is projected. No depth camera measures so near.
@@ -91,6 +93,16 @@ impl Project for Pinhole {
         Extent::Within(Covered { nearest_m, farthest_m, columns, rows, is_cut })
     }
 
+    fn extents(&self, of: &CameraBoxes) -> [Extent; LANES] {
+        let mut bounds = Bounds::default();
+        bounds_of(self, of, &mut bounds);
+        let mut extents = [Extent::Outside; LANES];
+        for (lane, extent) in extents.iter_mut().enumerate() {
+            *extent = bounds.extent(lane);
+        }
+        extents
+    }
+
     fn pixel_slope(&self) -> f32 {
         1.0 / self.fx_px.max(self.fy_px)
     }
@@ -128,4 +140,83 @@ impl Project for Pinhole {
             cy_px: (self.cy_px + 0.5) * share - 0.5,
         }
     }
+}
+
+/// The bounds of several boxes in the image, as [`Covered`] has them.
+#[derive(Clone, Copy, Default)]
+struct Bounds {
+    near_m: [f32; LANES],
+    far_m: [f32; LANES],
+    left: [u32; LANES],
+    right: [u32; LANES],
+    top: [u32; LANES],
+    bottom: [u32; LANES],
+    is_outside: [bool; LANES],
+    is_cut: [bool; LANES],
+}
+
+impl Bounds {
+    #[inline]
+    fn extent(&self, lane: usize) -> Extent {
+        let (near_m, far_m) = (self.near_m[lane], self.far_m[lane]);
+        if far_m <= NEAREST_M {
+            return Extent::Outside;
+        }
+        if near_m <= NEAREST_M {
+            return Extent::Undecided;
+        }
+        if self.is_outside[lane] {
+            return Extent::Outside;
+        }
+        let [nearest_m, farthest_m] = depths_between(near_m, far_m);
+        Extent::Within(Covered {
+            nearest_m,
+            farthest_m,
+            columns: [self.left[lane], self.right[lane]],
+            rows: [self.top[lane], self.bottom[lane]],
+            is_cut: self.is_cut[lane],
+        })
+    }
+}
+
+/// [`Pinhole::extent`] of several boxes, with the same operations.
+#[multiversion(targets("x86_64+avx2"))]
+fn bounds_of(camera: &Pinhole, of: &CameraBoxes, bounds: &mut Bounds) {
+    let CameraBoxes { middle_m: [x, y, z], half_m: [half_x, half_y, half_z] } = of;
+    let (width, height) = (camera.width_px as f32, camera.height_px as f32);
+    let last = |size_px: u32| size_px.saturating_sub(1) as f32;
+    let (last_column, last_row) = (last(camera.width_px), last(camera.height_px));
+    for lane in 0..LANES {
+        let [near_m, far_m] = [z[lane] - half_z, z[lane] + half_z];
+        let (by_near, by_far) = (1.0 / near_m, 1.0 / far_m);
+        let slopes = |middle: f32, half: f32| {
+            let (least, most) = (middle - half, middle + half);
+            let least = least * if least < 0.0 { by_near } else { by_far };
+            let most = most * if most > 0.0 { by_near } else { by_far };
+            [least, most]
+        };
+        let [left, right] =
+            slopes(x[lane], *half_x).map(|slope| slope * camera.fx_px + camera.cx_px);
+        let [top, bottom] =
+            slopes(y[lane], *half_y).map(|slope| slope * camera.fy_px + camera.cy_px);
+        let [left, right] = [left - ROUNDING_PX + 0.5, right + ROUNDING_PX + 0.5];
+        let [top, bottom] = [top - ROUNDING_PX + 0.5, bottom + ROUNDING_PX + 0.5];
+        bounds.near_m[lane] = near_m;
+        bounds.far_m[lane] = far_m;
+        bounds.is_outside[lane] =
+            (right < 0.0) | (left >= width) | (bottom < 0.0) | (top >= height);
+        bounds.is_cut[lane] = (left < 0.0) | (right >= width) | (top < 0.0) | (bottom >= height);
+        bounds.left[lane] = whole(left, last_column);
+        bounds.right[lane] = whole(right, last_column);
+        bounds.top[lane] = whole(top, last_row);
+        bounds.bottom[lane] = whole(bottom, last_row);
+    }
+}
+
+/// `(value as u32).min(last)`, for a `last` below 4 million.
+#[inline(always)]
+fn whole(value: f32, last: f32) -> u32 {
+    let value = value.max(0.0).min(last);
+    let rounded = nearest(value);
+    rounded.wrapping_sub(u32::from(rounded as f32 > value))
 }

@@ -56,6 +56,19 @@ proptest! {
     }
 
     #[test]
+    fn several_boxes_cover_what_each_of_them_covers(
+        middles_m in prop::array::uniform8([-6.0..6.0_f32, -6.0..6.0_f32, -1.0..8.0_f32]),
+        half_m in prop::array::uniform3(0.0..1.0_f32),
+    ) {
+        let (_, pinhole, _, spherical) = models();
+        let middle_m = [0, 1, 2].map(|axis: usize| middles_m.map(|middle_m| middle_m[axis]));
+        let boxes = CameraBoxes { middle_m, half_m };
+        let each = middles_m.map(|middle_m| CameraBox { middle_m, half_m });
+        prop_assert_eq!(pinhole.extents(&boxes), each.map(|of| pinhole.extent(&of)));
+        prop_assert_eq!(spherical.extents(&boxes), each.map(|of| spherical.extent(&of)));
+    }
+
+    #[test]
     fn a_pinhole_projects_as_the_camera_does(
         x in -2.0..2.0_f64, y in -2.0..2.0_f64, z in -1.0..5.0_f64, level in 0..4_u32,
     ) {
