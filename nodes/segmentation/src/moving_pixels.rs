@@ -220,10 +220,18 @@ fn border_of(is_moving: &[bool], width_px: usize) -> Vec<u32> {
 
 /// Adds the margin, along the rows and then along the columns.
 fn widen(is_moving: &mut [bool], width_px: usize) {
-    if !is_moving.contains(&true) {
+    let (Some(first), Some(last)) = (
+        is_moving.iter().position(|is_moving| *is_moving),
+        is_moving.iter().rposition(|is_moving| *is_moving),
+    ) else {
         return;
-    }
-    for row in is_moving.chunks_mut(width_px.max(1)) {
+    };
+    // The rows that the margin may reach.
+    let width_px = width_px.max(1);
+    let first_row = (first / width_px).saturating_sub(MARGIN_PX);
+    let end = ((last / width_px + 1 + MARGIN_PX) * width_px).min(is_moving.len());
+    let Some(is_moving) = is_moving.get_mut(first_row * width_px..end) else { return };
+    for row in is_moving.chunks_mut(width_px) {
         if row.contains(&true) {
             spread(row, 1);
         }

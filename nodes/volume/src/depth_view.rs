@@ -165,9 +165,11 @@ impl DepthView {
     /// # Errors
     /// When the pose is invalid.
     pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
-        self.empty();
         let DepthInput { frame, is_moving, has_colour, map_from_camera } = *input;
-        geometry::check_pose(map_from_camera)?;
+        if let Err(unusable) = geometry::check_pose(map_from_camera) {
+            self.empty();
+            return Err(unusable.into());
+        }
         let (image, camera) = (frame.image(), frame.camera());
         let (width_px, height_px) = (image.width_px(), image.height_px());
 
@@ -175,6 +177,7 @@ impl DepthView {
         self.map_from_camera = *map_from_camera;
         self.kind = Kind::Pinhole(Pinhole::of(camera));
         self.width_px = width_px;
+        // Those of the last image are all written over.
         self.depths_m.resize(width_px * height_px, 0.0);
         load(frame.depths_mm(), is_moving, self.range, &mut self.depths_m);
         self.colour.clear();

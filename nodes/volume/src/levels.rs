@@ -67,10 +67,15 @@ impl Levels {
         }
         let images = [finest].into_iter().chain(self.coarser.iter().map(Image::as_ref));
         for (image, packed) in images.zip(&mut self.packed) {
-            self.slopes_m.resize(image.depths_m.len(), 0.0);
-            find_slopes(image, &mut self.slopes_m);
-            packed.resize(image.depths_m.len() + 1, 0.0);
-            pack_weights(image.depths_m, &self.slopes_m, noise, packed);
+            let pixels = image.depths_m.len();
+            if self.slopes_m.len() < pixels {
+                self.slopes_m.resize(pixels, 0.0);
+            }
+            // All are written; coarser levels have fewer.
+            let slopes_m = self.slopes_m.get_mut(..pixels).unwrap_or_default();
+            find_slopes(image, slopes_m);
+            packed.resize(pixels + 1, 0.0);
+            pack_weights(image.depths_m, slopes_m, noise, packed);
         }
     }
 
@@ -113,8 +118,10 @@ fn find_slopes(image: ImageRef<'_>, slopes_m: &mut [f32]) {
             }
         }
         // The last column has the slope of the one before it.
-        if let [.., before_m, last_m] = slopes_m {
-            *last_m = *before_m;
+        match slopes_m {
+            [.., before_m, last_m] => *last_m = *before_m,
+            [only_m] => *only_m = 0.0,
+            [] => {}
         }
     }
 }
