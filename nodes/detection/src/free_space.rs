@@ -43,7 +43,7 @@ use moving_runs::moving_runs;
 use platform_motion::PlatformMotion;
 pub use platform_motion::PoseJump;
 use scan_window::{ScanWindow, is_newly_occupied};
-use tracker::{MAX_SPEED_M_PER_S, MotionEvidence, Tracker, motion_evidence};
+use tracker::{MAX_SPEED_M_PER_S, MEMORY_MS, MotionEvidence, Tracker, motion_evidence};
 use zones::{CycleView, MovingBeams, ZoneMaker};
 
 /// A scan with fewer returns in the aperture is not used, as in Rec-HV, which needs two for a line.
@@ -207,11 +207,19 @@ impl MotionFinder {
         let mut runs = self.runs(scan, &classes, within);
         self.tracker.update(scan, &classes, &runs, *now_ms, *platform_moves);
         let mut has_changed = false;
-        for (beam, _) in self.tracker.travelling().flat_map(|beams| scan.returns_of_object(beams)) {
-            if let Some(class @ (ReturnClass::Unknown | ReturnClass::Ambiguous)) =
-                &mut classes[beam]
-            {
-                *class = ReturnClass::InFreeSpace { background_rate: RATE_OF_TRAVELLING_OBJECT };
+        for (beam, hit) in self.tracker.travelling().flat_map(|beams| scan.returns_of_object(beams))
+        {
+            let is_object = match classes[beam] {
+                Some(ReturnClass::Unknown | ReturnClass::Ambiguous) => true,
+                // The object itself, before it had travelled.
+                Some(ReturnClass::Background) => {
+                    self.evidence.is_new_background(hit, MEMORY_MS, *now_ms)
+                }
+                Some(ReturnClass::InFreeSpace { .. }) | None => false,
+            };
+            if is_object {
+                let background_rate = RATE_OF_TRAVELLING_OBJECT;
+                classes[beam] = Some(ReturnClass::InFreeSpace { background_rate });
                 has_changed = true;
             }
         }
@@ -246,7 +254,9 @@ impl MotionFinder {
         let objects = self.tracker.objects_mut();
         let zones = self.zone_maker.zones(&view, &measured, objects, known_m);
         beams.extend(beams_in_held_zones(scan, &classes, &zones));
-        beams.extend(beams_beside(scan, &classes, &beams));
+        // Feet first: what is beside a foot is of the same person, too.
+        beams.extend(feet_beside(scan, &classes, &beams));
+        beams.extend(edges_beside(scan, &classes, &beams));
         let hits = self.hits(scan, beams, *now_ms);
         let found = self.search(&classes, zones, &measured, known_m, within);
         let rays = rays(scan, &labels, &hits);
@@ -415,24 +425,43 @@ fn rays(scan: &DeskewedScan, labels: &[ReturnLabel], hits: &[MovingBeam]) -> Vec
     scan.beams.iter().enumerate().filter_map(ray).collect()
 }
 
-/// The beams that end beside a return that moves: in observed free space within a step, a foot that is too narrow to be an object
-/// by itself; and within a leg's width wherever background is not known.
-fn beams_beside(
+/// The beams in observed free space that end within a step of a return that moves: a foot that is too narrow to be an object by
+/// itself.
+fn feet_beside(
     scan: &DeskewedScan,
     classes: &[Option<ReturnClass>],
     moving: &[usize],
 ) -> Vec<usize> {
+    let is_free = |class: &ReturnClass| matches!(class, ReturnClass::InFreeSpace { .. });
+    beams_beside(scan, classes, moving, STEP_M, is_free)
+}
+
+/// The beams that end within a leg's width of a return that moves, wherever background is not known.
+fn edges_beside(
+    scan: &DeskewedScan,
+    classes: &[Option<ReturnClass>],
+    moving: &[usize],
+) -> Vec<usize> {
+    let is_undecided =
+        |class: &ReturnClass| matches!(class, ReturnClass::Unknown | ReturnClass::Ambiguous);
+    beams_beside(scan, classes, moving, LEG_M, is_undecided)
+}
+
+/// The beams of these classes that end within `within_m` of a return that moves.
+fn beams_beside(
+    scan: &DeskewedScan,
+    classes: &[Option<ReturnClass>],
+    moving: &[usize],
+    within_m: f64,
+    is_of_class: impl Fn(&ReturnClass) -> bool,
+) -> Vec<usize> {
     let place_m = |beam: usize| scan.beams[beam].hit.map(|hit| hit.in_map_m);
     let moving_m: Vec<_> = moving.iter().filter_map(|beam| place_m(*beam)).collect();
     let is_beside = |beam: &usize| {
-        let within_m = match classes[*beam] {
-            Some(ReturnClass::InFreeSpace { .. }) => STEP_M,
-            Some(ReturnClass::Unknown | ReturnClass::Ambiguous) => LEG_M,
-            Some(ReturnClass::Background) | None => return false,
-        };
-        place_m(*beam).is_some_and(|own_m| {
-            moving_m.iter().any(|other_m| (own_m - other_m).norm() <= within_m)
-        })
+        classes[*beam].as_ref().is_some_and(&is_of_class)
+            && place_m(*beam).is_some_and(|own_m| {
+                moving_m.iter().any(|other_m| (own_m - other_m).norm() <= within_m)
+            })
     };
     (0..classes.len()).filter(is_beside).collect()
 }

@@ -4,7 +4,7 @@
 mod grid;
 
 use nalgebra::Point2;
-use volume::{SAMPLES_PER_CELL, WIDEST_GAP_M};
+use volume::{Cell, SAMPLES_PER_CELL, WIDEST_GAP_M};
 
 use super::clearance::clear_distances_m;
 use super::deskewed_scan::{DeskewedBeam, DeskewedScan, Return};
@@ -136,6 +136,14 @@ impl EvidenceGrid {
         ranges_m.find(is_background).map(|range_m| range_m as f32)
     }
 
+    /// Whether all background within the error of a return was first observed in the last `memory_ms`.
+    pub(super) fn is_new_background(&self, hit: &Return, memory_ms: u32, now_ms: u32) -> bool {
+        let radius_m = hit.error_m + 0.5 * self.grid.edge_m();
+        self.cells_around(&hit.in_map_m, radius_m, now_ms)
+            .filter(|cell| cell.hits() > 0)
+            .all(|cell| now_ms.saturating_sub(cell.occupied_since()) <= memory_ms)
+    }
+
     /// The hits of the cells around a place.
     fn hits_around(
         &self,
@@ -143,13 +151,21 @@ impl EvidenceGrid {
         radius_m: f64,
         now_ms: u32,
     ) -> impl Iterator<Item = u32> {
+        self.cells_around(place_m, radius_m, now_ms).map(|cell| u32::from(cell.hits()))
+    }
+
+    fn cells_around(
+        &self,
+        place_m: &Point2<f64>,
+        radius_m: f64,
+        now_ms: u32,
+    ) -> impl Iterator<Item = Cell> {
         let center = self.grid.key_of(place_m);
         let around = (radius_m / self.grid.edge_m()).min(MOST_CELLS_BETWEEN).floor() as i64;
         (-around..=around)
             .flat_map(move |y| (-around..=around).map(move |x| [x, y]))
             .filter(move |[x, y]| x * x + y * y <= around * around)
             .map(move |[x, y]| self.grid.cell([center[0] + x, center[1] + y], now_ms))
-            .map(|cell| u32::from(cell.hits()))
     }
 
     /// Adds a scan; `labels` has the label of each beam's return.

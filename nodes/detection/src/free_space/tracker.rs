@@ -26,6 +26,7 @@ use segments::{Segment, segments};
 pub(super) use association::MAX_SPEED_M_PER_S;
 pub(super) use motion_evidence::{MotionEvidence, motion_evidence};
 pub(super) use object::TrackedObject;
+pub(super) use sighting::MEMORY_MS;
 #[cfg(test)]
 pub(super) use sighting::{Side, Sighting, Space};
 

@@ -98,3 +98,12 @@ fn behind_an_object_the_wall_is_known_where_it_was_seen() {
     let beyond = evidence.background_behind_m(&wall.beams[5], &wall.beams[5].hit.unwrap(), 2100);
     assert_eq!(beyond, None);
 }
+
+#[test]
+fn background_is_new_for_so_long() {
+    let mut evidence = evidence();
+    see(&mut evidence, &[4.0; 360], 1, 5);
+    let scan = static_scan(&StaticPlatform::default(), &[4.0; 360]);
+    let is_new = |now_ms| evidence.is_new_background(&scan.beams[180].hit.unwrap(), 1000, now_ms);
+    assert_eq!([600, 1001, 1002].map(is_new), [true, true, false]);
+}

@@ -50,3 +50,43 @@ fn the_beams_that_hit_what_moves_are_moving_beams_in_all_directions_and_no_other
         assert!(behind as f64 > 0.8 * hit as f64, "{x_m}: {behind} of {hit}");
     }
 }
+
+/// The share of a pole's returns that are moving beams while a walker passes it so closely that both are one segment; nothing else
+/// is in sight. The pole appears so many cycles before.
+fn share_of_pole(cycles_before: u32) -> f64 {
+    const STEP_M: f64 = 0.12;
+    const POLE_Y_M: f64 = 0.84;
+    const PASSES: u32 = 14;
+    let pose = Isometry3::identity();
+    let mut world = World::new(3);
+    world.scanner.dropouts = 0.0;
+    let (mut hit, mut found) = (0, 0);
+    for cycle in 0..PASSES + 3 {
+        let walker_y_m = -1.4 + STEP_M * f64::from(cycle);
+        let mut walls = cuboid([2.0, walker_y_m], [0.3, 0.3]);
+        if cycle + cycles_before >= PASSES {
+            walls.extend(cuboid([2.0, POLE_Y_M], [0.12, 0.12]));
+        }
+        let scan = world.scanner.scan(&walls, &pose, world.cycle, &mut world.dice);
+        let moving = world.step_with(&scan, &pose).cycle.moving_beams;
+        if cycle < PASSES {
+            continue;
+        }
+        for index in 0..scan.ranges_m.len() {
+            let Some(range_m) = scan.measured_range_m(index) else { continue };
+            let y_m = f64::from(range_m) * scan.azimuth_rad(index).sin();
+            if y_m > walker_y_m + 0.2 && y_m > POLE_Y_M - 0.1 {
+                hit += 1;
+                found += usize::from(moving.iter().any(|beam| beam.index as usize == index));
+            }
+        }
+    }
+    f64::from(found as u32) / f64::from(hit)
+}
+
+#[test]
+fn a_leg_that_was_background_for_a_cycle_moves_with_its_person_and_a_pole_that_stood_there_does_not()
+ {
+    let (leg, pole) = (share_of_pole(1), share_of_pole(14));
+    assert!(leg > 0.3 && pole == 0.0, "{leg} of the leg, {pole} of the pole");
+}
