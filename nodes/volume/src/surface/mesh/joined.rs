@@ -8,6 +8,9 @@ use nalgebra::Vector3;
 use super::{BlockMesh, MeshVertex};
 use crate::block::BlockKey;
 
+/// A colour reaches so many sides of triangles, a third of a metre at 2 cm: the strips beside image borders and behind edges that the
+/// depth camera sees and the colour camera does not.
+const COLOUR_REACH_SIDES: u32 = 16;
 /// No vertex on this axis' edge of a node.
 const NONE: u32 = u32::MAX;
 
@@ -53,11 +56,13 @@ impl MeshJoiner {
         new
     }
 
-    /// The mesh. Without colours where no vertex has one.
+    /// The mesh. A vertex without a colour has that of one near to it; without colours where no vertex has one.
     #[must_use]
     pub fn finish(self) -> TriangleMesh {
         let mut mesh = self.mesh;
-        if !self.has_colour {
+        if self.has_colour {
+            spread_colours(&mut mesh);
+        } else {
             mesh.colours = Vec::new();
         }
         let mut flat = Vec::new();
@@ -82,5 +87,74 @@ impl MeshJoiner {
             }
         }
         mesh
+    }
+}
+
+/// Gives vertices without a colour that of the nearest one that has one, by the number of sides of triangles between them.
+fn spread_colours(mesh: &mut TriangleMesh) {
+    let TriangleMesh { triangles, colours, .. } = mesh;
+    let has_colour = |colours: &[[u8; 3]], corner: u32| colours[corner as usize] != NO_COLOUR;
+    let lacks_one = |colours: &[[u8; 3]], corners: &[u32; 3]| {
+        corners.iter().any(|corner| !has_colour(colours, *corner))
+    };
+    let mut waiting: Vec<[u32; 3]> =
+        triangles.iter().copied().filter(|corners| lacks_one(colours, corners)).collect();
+    for _ in 0..COLOUR_REACH_SIDES {
+        // All of a round see the colours before it, so that a colour goes one side further.
+        let mut given: Vec<(u32, [u8; 3])> = Vec::new();
+        for corners in &waiting {
+            if let Some(from) = corners.iter().find(|corner| has_colour(colours, **corner)) {
+                let without = corners.iter().filter(|corner| !has_colour(colours, **corner));
+                given.extend(without.map(|corner| (*corner, colours[*from as usize])));
+            }
+        }
+        if given.is_empty() {
+            break;
+        }
+        // Of several the first triangle's.
+        for (corner, colour) in given.into_iter().rev() {
+            colours[corner as usize] = colour;
+        }
+        waiting.retain(|corners| lacks_one(colours, corners));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    /// A strip of triangles along x, 1 m apart, with the colours of its pairs of vertices.
+    fn strip(colours: &[[u8; 3]]) -> TriangleMesh {
+        let pairs = colours.len() as u32;
+        let triangles = (0..pairs - 1).flat_map(|pair| {
+            let first = 2 * pair;
+            [[first, first + 2, first + 1], [first + 1, first + 2, first + 3]]
+        });
+        TriangleMesh {
+            points_m: (0..2 * pairs)
+                .map(|index| Point3::new((index / 2) as f32, (index % 2) as f32, 0.0))
+                .collect(),
+            normals: vec![Vector3::z(); 2 * colours.len()],
+            colours: colours.iter().flat_map(|colour| [*colour; 2]).collect(),
+            triangles: triangles.collect(),
+        }
+    }
+
+    #[test]
+    fn a_vertex_without_a_colour_has_that_of_the_nearest_one() {
+        let (red, blue, none) = ([200, 0, 0], [0, 0, 200], NO_COLOUR);
+        let mut mesh = strip(&[red, none, none, none, none, blue]);
+        spread_colours(&mut mesh);
+        assert_eq!(mesh.colours, strip(&[red, red, red, blue, blue, blue]).colours);
+        // Far from all that was seen in colour there is none.
+        let mut given = vec![none; 40];
+        given[0] = red;
+        let mut mesh = strip(&given);
+        spread_colours(&mut mesh);
+        let coloured = mesh.colours.iter().filter(|colour| **colour == red).count();
+        assert!((2 * 16..=2 * 18).contains(&coloured), "{coloured}");
+        assert_eq!(mesh.colours[79], none);
     }
 }
