@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use geometry::{DynamicZone, SegmentationCounts, Stamp, TriangleMesh};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::{CycleView, RigCamera};
@@ -56,6 +56,9 @@ pub struct RunRecord {
     pub drops: Vec<DropCount>,
     /// The map, in the map frame.
     pub static_map: Vec<Point3<f32>>,
+    /// The normal of each point of the map, to the side from which it was seen; none at all where the map has none, or was received
+    /// as a cloud.
+    pub map_normals: Vec<Vector3<f32>>,
     /// Red, green and blue of each point of the map, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no
     /// colours.
     pub map_colours: Vec<[u8; 3]>,

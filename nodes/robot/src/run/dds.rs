@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use geometry::ColouredCloud;
+use geometry::{ColouredCloud, OrientedPoints};
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{
     EVERY_CYCLE, Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription,
@@ -363,8 +363,10 @@ impl Run {
             map_frame_id: recorder.map_frame_id(),
         };
         let ColouredCloud { cloud, colours } = map.map(|(_, map)| map).unwrap_or_default();
+        let normals = Vec::new();
+        let map = OrientedPoints { points_m: cloud.points_m, normals, colours };
         let (blind_scans, bounds_reached) = (recorder.blind_scans(), recorder.bounds_reached());
-        let record = recorder.finish(cloud.points_m, colours, name);
+        let record = recorder.finish(map, name);
         Ok(DdsRun { record, blind_scans, bounds_reached, lost, poses, failure, is_interrupted })
     }
 }

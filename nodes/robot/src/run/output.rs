@@ -122,14 +122,14 @@ impl OutputFolder {
         let parameters = self.path.join(PARAMETERS);
         fs::rename(&self.parameters, &parameters)
             .map_err(|error| cannot_write(&parameters, &error))?;
-        let (points_m, colours) = (&record.static_map, &record.map_colours);
         let points = OrientedPoints {
-            points_m: points_m.clone(),
-            normals: Vec::new(),
-            colours: colours.clone(),
+            points_m: record.static_map.clone(),
+            normals: record.map_normals.clone(),
+            colours: record.map_colours.clone(),
         };
         self.write_file("map.ply", &ply::encode_map(&points, views(record).as_slice()))?;
-        self.write_file("map.pcd", &pcd::encode_with_colours(points_m, &[], colours))?;
+        let OrientedPoints { points_m, normals, colours } = &points;
+        self.write_file("map.pcd", &pcd::encode_with_colours(points_m, normals, colours))?;
         self.clear_removed_clouds()?;
         for cycle in record.cycles.iter().filter(|cycle| !cycle.dynamic_points_m.is_empty()) {
             let name = format!("{DYNAMIC_FOLDER}/cycle_{:06}.ply", cycle.index);

@@ -2,7 +2,7 @@
 //! only on the published messages, so the same messages give the same record, except for the times.
 
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
-use geometry::{OccupancyGrid, TriangleMesh};
+use geometry::{OccupancyGrid, OrientedPoints, TriangleMesh};
 use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
@@ -159,8 +159,8 @@ impl Pipeline {
             transport: Transport::Local,
             map_frame_id: self.recorder.map_frame_id(),
         };
-        let WholeMap { points_m, colours, .. } = self.reconstruction.map().whole();
-        self.recorder.finish(points_m, colours, name)
+        let WholeMap { points_m, normals, colours, .. } = self.reconstruction.map().whole();
+        self.recorder.finish(OrientedPoints { points_m, normals, colours }, name)
     }
 }
 

@@ -8,10 +8,9 @@ use std::sync::Arc;
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use geometry::{
-    Cloud, CycleTracks, DetectedCycle, MapPath, Method, PipelineConfig, Scan, SegmentationCounts,
-    Stamp,
+    Cloud, CycleTracks, DetectedCycle, MapPath, Method, OrientedPoints, PipelineConfig, Scan,
+    SegmentationCounts, Stamp,
 };
-use nalgebra::Point3;
 use reconstruction::{
     AtMaxVoxels, BoundReached, ConfigError, KeptOut, ReconstructionConfig, StaticMap,
 };
@@ -236,12 +235,7 @@ impl Recorder {
     }
 
     /// The record of the run. A cycle that a stage never reported is counted as dropped by that stage.
-    pub(crate) fn finish(
-        mut self,
-        static_map: Vec<Point3<f32>>,
-        map_colours: Vec<[u8; 3]>,
-        run: RunName,
-    ) -> RunRecord {
+    pub(crate) fn finish(mut self, map: OrientedPoints, run: RunName) -> RunRecord {
         let mut cycles = Vec::new();
         for (index, partial) in std::mem::take(&mut self.cycles) {
             let missing = partial.first_missing_stage();
@@ -269,8 +263,9 @@ impl Recorder {
             map_frame_id: run.map_frame_id,
             cycles,
             drops,
-            static_map,
-            map_colours,
+            static_map: map.points_m,
+            map_normals: map.normals,
+            map_colours: map.colours,
             mesh: None,
             unfiltered_map: self.unfiltered_map.points(),
         }

@@ -1,5 +1,5 @@
 use geometry::{PathVertex, Track};
-use nalgebra::{Isometry3, Matrix6, Vector3};
+use nalgebra::{Isometry3, Matrix6, Point3, Vector3};
 use report::Transport;
 
 use super::*;
@@ -59,7 +59,7 @@ fn finish(recorder: Recorder) -> RunRecord {
         transport: Transport::Local,
         map_frame_id: "map".to_owned(),
     };
-    recorder.finish(Vec::new(), Vec::new(), name)
+    recorder.finish(OrientedPoints::default(), name)
 }
 
 fn recorder() -> Recorder {
