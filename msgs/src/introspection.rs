@@ -2,7 +2,6 @@
 //! that with the parsed text. Also fills messages of any type, for tests that need one of each.
 
 pub(crate) mod compare;
-mod definition;
 pub(crate) mod fill;
 mod shape;
 #[cfg(test)]

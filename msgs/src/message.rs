@@ -18,6 +18,12 @@ pub trait RosMessage: Serialize + DeserializeOwned + Clone + Send + Sync + 'stat
     fn schema() -> String {
         crate::schema::with_dependencies(Self::TYPE_NAME, Self::DEFINITION)
     }
+
+    /// The hash of the type as ROS 2 has it since Iron, `RIHS01_` and 64 digits (REP-2016).
+    #[must_use]
+    fn type_hash() -> Option<String> {
+        crate::type_hash::type_hash_of(Self::TYPE_NAME, &Self::schema())
+    }
 }
 
 /// A ROS 2 service.
@@ -30,6 +36,13 @@ pub trait RosService {
     const TYPE_NAME: &'static str;
     /// The text of its `.srv` file.
     const DEFINITION: &'static str;
+
+    /// The hash of the type, as [`RosMessage::type_hash`].
+    #[must_use]
+    fn type_hash() -> Option<String> {
+        let schemas = [Self::Request::schema(), Self::Response::schema()];
+        crate::type_hash::of_service(Self::TYPE_NAME, &schemas)
+    }
 }
 
 /// The line of a `.srv` file between request and response.

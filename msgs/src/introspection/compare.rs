@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::definition::{Arity, Definition, Field};
 use super::shape::Shape;
+use crate::definition::{Arity, Definition, Field};
 use crate::registry::definition_of;
 
 /// The one byte that ROS 2 sends for a message without fields.

@@ -5,8 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::compare::{Values, differences};
-use super::definition::Definition;
 use super::fill::filled;
+use crate::definition::Definition;
 use crate::registry::for_each_message;
 use crate::{RosMessage, RosService, lifecycle_msgs, rcl_interfaces, std_srvs, stillmap_msgs};
 

@@ -9,6 +9,8 @@ mod broken;
 mod clients;
 pub(crate) mod exchange;
 mod follow;
+#[cfg(feature = "zenoh")]
+mod follow_tokens;
 pub(crate) mod inbox;
 mod names;
 mod open_endpoint;
@@ -28,6 +30,8 @@ use tokio::sync::watch;
 use crate::graph::exchange::{EndpointId, Exchange};
 use crate::graph::siblings::Siblings;
 use crate::settings::names::{dds_request_topic_name, dds_response_topic_name};
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::keys::{Token, UNKNOWN_HASH};
 use broken::Broken;
 pub(crate) use broken::{Prefix, Renew};
 pub(crate) use clients::Client;
@@ -82,6 +86,9 @@ struct Endpoint {
     role: Role,
     topic: String,
     dds_type: String,
+    /// The hash of its type's definition.
+    #[cfg(feature = "zenoh")]
+    hash: String,
     /// Its name on the network; none where the host is on none.
     guid: Option<GUID>,
     /// Its peers on the network, those of this host among them.
@@ -119,6 +126,9 @@ pub(crate) struct Graph {
     clients: Arc<Mutex<Clients>>,
     servers: Arc<Mutex<Servers>>,
     broken: Arc<Mutex<Broken>>,
+    /// What other processes have on Zenoh.
+    #[cfg(feature = "zenoh")]
+    tokens: Arc<Mutex<BTreeMap<String, Token>>>,
     exchange: Arc<Exchange>,
     siblings: Siblings,
 }
@@ -131,6 +141,8 @@ impl Graph {
             clients: Arc::default(),
             servers: Arc::default(),
             broken: Arc::default(),
+            #[cfg(feature = "zenoh")]
+            tokens: Arc::default(),
             exchange,
             siblings,
         }
@@ -150,6 +162,8 @@ impl Graph {
             role,
             topic: topic.to_owned(),
             dds_type: dds_type.to_owned(),
+            #[cfg(feature = "zenoh")]
+            hash: UNKNOWN_HASH.to_owned(),
             guid,
             peers: BTreeSet::new(),
             misfits: BTreeMap::new(),
@@ -177,6 +191,15 @@ impl Graph {
         drop(endpoints);
         self.exchange.notify();
         Ok(created)
+    }
+
+    /// States the hash of the definition of an endpoint's type, and matches it with what other processes have.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn enter_hash(&self, id: EndpointId, hash: &str) {
+        if let Some(endpoint) = self.lock().get_mut(&id) {
+            hash.clone_into(&mut endpoint.hash);
+        }
+        self.match_tokens(id);
     }
 
     /// From now on `renewal` is called to create the endpoint again where a link was down for too long.
@@ -321,6 +344,11 @@ impl Graph {
 
     fn lock_broken(&self) -> MutexGuard<'_, Broken> {
         self.broken.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    #[cfg(feature = "zenoh")]
+    fn lock_tokens(&self) -> MutexGuard<'_, BTreeMap<String, Token>> {
+        self.tokens.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn lock_names(&self) -> MutexGuard<'_, NodeNames> {

@@ -46,7 +46,7 @@
 //! | `node` | a node and the host of its process, its time, where it is in its life |
 //! | `endpoints` | publishers, subscriptions and services, with their DDS readers and writers, and the counters |
 //! | `graph` | who is at the other end: messages within the process, peers outside of it |
-//! | `wire` | sockets, discovery, encoded messages, and the errors of all that |
+//! | `wire` | sockets, discovery, encoded messages, Zenoh, and the errors of all that |
 //! | `settings` | arguments, names, parameters, quality of service |
 //! | `process` | log, signals, warnings that do not repeat, files written whole, spilled files |
 //!
@@ -61,6 +61,8 @@ mod in_process;
 mod node;
 #[cfg(test)]
 mod over_dds;
+#[cfg(all(test, feature = "zenoh"))]
+mod over_zenoh;
 mod process;
 mod program;
 mod services;

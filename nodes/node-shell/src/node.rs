@@ -13,7 +13,7 @@ use serde::de::DeserializeOwned;
 use tokio::sync::watch;
 
 use crate::endpoints::counters::Counters;
-use crate::endpoints::network::Network;
+use crate::endpoints::network::{Link, Network};
 use crate::graph::survey::{self, DiscoveredEndpoint};
 use crate::graph::{Graph, Match};
 use crate::node::clock::NodeClock;
@@ -54,10 +54,7 @@ impl Node {
         let identity = arguments.identity(default_name)?;
         let switches = parameters::switches(&identity, &arguments.parameters)?;
         let graph = Graph::new(Arc::clone(host.exchange()), host.siblings().clone());
-        let network = match host.transport() {
-            None => None,
-            Some(transport) => Some(Network::join(transport, &identity, &graph, host.siblings())?),
-        };
+        let network = host.join(&identity, &graph)?;
         Ok(Self {
             identity,
             arguments: arguments.clone(),
@@ -146,16 +143,19 @@ impl Node {
     /// Every publisher and subscription of other processes that was discovered so far.
     #[must_use]
     pub fn survey(&self) -> Vec<DiscoveredEndpoint> {
-        self.network.as_ref().map_or_else(Vec::new, |network| {
-            survey::of(&network.context.domain_participant(), &self.graph)
-        })
+        match self.network.as_ref().map(|network| &network.link) {
+            None => Vec::new(),
+            Some(Link::Dds(dds)) => survey::of(&dds.context.domain_participant(), &self.graph),
+            #[cfg(feature = "zenoh")]
+            Some(Link::Zenoh(_)) => survey::of_tokens(&self.graph),
+        }
     }
 
     /// The receive buffer that the kernel grants, and so what size of message arrives whole; none for a
-    /// node on no network.
+    /// node on no network, or on Zenoh.
     #[must_use]
     pub fn granted_buffer(&self) -> Option<GrantedBuffer> {
-        self.network.as_ref().map(|network| network.granted)
+        Some(self.network.as_ref()?.link.dds()?.granted)
     }
 
     /// How a stage subscribes to the cycles of the one before it. Live, few may wait, and the oldest is dropped; without a network, and

@@ -4,4 +4,5 @@
 pub(crate) mod encoded;
 pub(crate) mod error;
 pub(crate) mod payload;
+pub(crate) mod rmw_zenoh;
 pub(crate) mod transport;

@@ -20,6 +20,10 @@ use crate::settings::names::{self, NodeIdentity};
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 use crate::wire::payload::Payload;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::keys::Token;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::session::{Session, ZenohNode};
 use crate::wire::transport::{
     self, Announcer, AtRest, BacklogWatch, GrantedBuffer, Joined, LibraryThreads, ReceiveHealth,
     Transport,
@@ -30,13 +34,35 @@ const LONGEST_CLOSE: Duration = Duration::from_millis(500);
 
 /// The network part of a node.
 pub(crate) struct Network {
+    /// Ends the node's own tasks; not the same as the host's shutdown, which only asks the program to end.
+    stop: watch::Sender<bool>,
+    tasks: Mutex<Vec<JoinHandle<()>>>,
+    pub(crate) link: Link,
+}
+
+/// What the node is on the network by.
+pub(crate) enum Link {
+    Dds(Box<Dds>),
+    #[cfg(feature = "zenoh")]
+    Zenoh(ZenohNode),
+}
+
+impl Link {
+    pub(crate) fn dds(&self) -> Option<&Dds> {
+        match self {
+            Self::Dds(dds) => Some(dds),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(_) => None,
+        }
+    }
+}
+
+/// A node's participant, and what belongs to it.
+pub(crate) struct Dds {
     pub(crate) granted: GrantedBuffer,
     pub(crate) health: Arc<ReceiveHealth>,
     /// The largest datagram that every interface carries in one piece.
     pub(crate) smallest_mtu_bytes: usize,
-    /// Ends the node's own tasks; not the same as the host's shutdown, which only asks the program to end.
-    stop: watch::Sender<bool>,
-    tasks: Mutex<Vec<JoinHandle<()>>>,
     // In the order in which they must end: the announcer, the watch with its handles of the sockets,
     // the node, then the context.
     _announcer: Option<Announcer>,
@@ -118,19 +144,60 @@ impl Network {
             );
         }
         tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());
-        Ok(Self {
+        let dds = Dds {
             granted,
             health,
             smallest_mtu_bytes: transport::smallest_mtu_bytes(),
-            stop,
-            tasks: Mutex::new(vec![follow]),
             _announcer: announcer,
             _backlog: backlog,
             library: Arc::new(Library { node: Mutex::new(node), threads }),
             context,
-        })
+        };
+        Ok(Self { stop, tasks: Mutex::new(vec![follow]), link: Link::Dds(Box::new(dds)) })
     }
 
+    /// Joins a Zenoh session as a node of it.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn join_zenoh(
+        session: &Arc<Session>,
+        identity: &NodeIdentity,
+        graph: &Graph,
+    ) -> Result<Self, ShellError> {
+        let node = ZenohNode::new(session, identity).map_err(ShellError::Zenoh)?;
+        let stop = watch::Sender::new(false);
+        let tokens = node.follow().map_err(ShellError::Zenoh)?;
+        let own = node.session_id().to_owned();
+        let is_own = move |token: &Token| token.node.session == own;
+        let follow = graph.clone().follow_tokens(tokens, is_own, stopped(&stop));
+        let follow = tokio::spawn(follow.in_current_span());
+        tracing::info!("node {} on Zenoh", identity.full_name());
+        Ok(Self { stop, tasks: Mutex::new(vec![follow]), link: Link::Zenoh(node) })
+    }
+
+    /// Lets a task of the node run until the node leaves the network.
+    pub(crate) fn spawn<F: Future<Output = ()> + Send + 'static>(
+        &self,
+        task: impl FnOnce(BoxFuture<'static, ()>) -> F,
+    ) {
+        let task = task(stopped(&self.stop).boxed());
+        let task = tokio::spawn(task.in_current_span());
+        self.tasks.lock().unwrap_or_else(PoisonError::into_inner).push(task);
+    }
+
+    /// Ends the node's own tasks.
+    pub(crate) async fn stop(&mut self) {
+        self.stop.send_replace(true);
+        let tasks = self.tasks.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for mut task in tasks.drain(..) {
+            if tokio::time::timeout(LONGEST_CLOSE, &mut task).await.is_err() {
+                tracing::warn!("a task of the node did not end by itself");
+                task.abort();
+            }
+        }
+    }
+}
+
+impl Dds {
     /// Makes writers of one topic, one after the other.
     pub(crate) fn writer_maker(
         &self,
@@ -185,28 +252,6 @@ impl Network {
             .create_topic(name, dds_type.to_owned(), policies, TopicKind::NoKey)
             .map_err(|error| error.to_string())?;
         self.for_an_endpoint().create_publisher(&topic, None).map_err(|error| error.to_string())
-    }
-
-    /// Lets a task of the node run until the node leaves the network.
-    pub(crate) fn spawn<F: Future<Output = ()> + Send + 'static>(
-        &self,
-        task: impl FnOnce(BoxFuture<'static, ()>) -> F,
-    ) {
-        let task = task(stopped(&self.stop).boxed());
-        let task = tokio::spawn(task.in_current_span());
-        self.tasks.lock().unwrap_or_else(PoisonError::into_inner).push(task);
-    }
-
-    /// Ends the node's own tasks.
-    pub(crate) async fn stop(&mut self) {
-        self.stop.send_replace(true);
-        let tasks = self.tasks.get_mut().unwrap_or_else(PoisonError::into_inner);
-        for mut task in tasks.drain(..) {
-            if tokio::time::timeout(LONGEST_CLOSE, &mut task).await.is_err() {
-                tracing::warn!("a task of the node did not end by itself");
-                task.abort();
-            }
-        }
     }
 
     /// The library's node, to make an endpoint.

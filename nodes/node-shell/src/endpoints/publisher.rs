@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use msgs::{Domain, RosMessage};
-use ros2_client::WriteError;
 
 use crate::endpoints::gate::Gate;
-use crate::endpoints::writer::Writer;
+use crate::endpoints::writer::Outside;
 use crate::graph::OpenEndpoint;
 use crate::graph::exchange::{Exchange, Message};
 use crate::graph::value::Lazy;
@@ -209,7 +208,7 @@ pub(crate) struct Outlet {
     pub(crate) exchange: Arc<Exchange>,
     pub(crate) endpoint: OpenEndpoint,
     /// None where the host is on no network.
-    pub(crate) writer: Option<Arc<Writer>>,
+    pub(crate) writer: Option<Outside>,
     /// Whether messages are kept for late subscribers.
     pub(crate) keeps: bool,
     pub(crate) granted: Option<GrantedBuffer>,
@@ -263,19 +262,15 @@ impl Outlet {
 
     fn send(&self, encoded: Vec<u8>) -> Result<(), PublishError> {
         let Some(writer) = &self.writer else { return Ok(()) };
-        let topic = || self.topic.to_string();
         let payload = Payload::from_encoded(encoded)
-            .map_err(|source| PublishError::Payload { topic: topic(), source })?;
+            .map_err(|source| PublishError::Payload { topic: self.topic.to_string(), source })?;
         if let Some(Err(too_large)) =
             self.granted.map(|granted| granted.check(&self.topic, payload.len()))
             && !self.warned_of_size.swap(true, Ordering::Relaxed)
         {
             tracing::warn!("{too_large}");
         }
-        writer.write(payload).map_err(|error| match error {
-            WriteError::WouldBlock { .. } => PublishError::NotAcknowledged { topic: topic() },
-            error => PublishError::Library { topic: topic(), reason: error.to_string() },
-        })
+        writer.send(&self.topic, payload)
     }
 
     fn count(&self) {

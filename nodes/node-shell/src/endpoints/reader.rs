@@ -1,10 +1,12 @@
-//! The end of a subscription on the network: a reader of the DDS library, which may be replaced by a new
-//! one under the subscription's hands.
+//! The end of a subscription on the network: on Zenoh a subscription, and on DDS a reader of its library, which may be replaced
+//! by a new one under the subscription's hands.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
 use msgs::RosMessage;
+#[cfg(feature = "zenoh")]
+use ros2_client::{Gid, ROSTime};
 use ros2_client::{MessageInfo, ReadError};
 
 use crate::endpoints::assembly::AssemblyWatch;
@@ -12,6 +14,8 @@ use crate::graph::Renew;
 use crate::process::memory::resident_bytes;
 use crate::process::throttle::Throttle;
 use crate::settings::qos::is_bulk;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::topics::{ZenohMessage, ZenohSubscription};
 
 /// How often a reader that waits looks after its memory.
 const LOOK_AFTER: Duration = Duration::from_millis(100);
@@ -23,6 +27,63 @@ type LibraryReader<M> = ros2_client::Subscription<M>;
 
 /// Makes the next reader; the graph knows it by then.
 pub(crate) type MakeReader<M> = Box<dyn Fn() -> Result<LibraryReader<M>, String> + Send + Sync>;
+
+/// The end of a subscription on the network.
+pub(crate) enum Outside<M> {
+    Dds(Reader<M>),
+    #[cfg(feature = "zenoh")]
+    Zenoh(ZenohSubscription),
+}
+
+impl<M: RosMessage> Outside<M> {
+    /// The next message if it is here already.
+    pub(crate) fn take(&self) -> Option<Taken<M>> {
+        match self {
+            Self::Dds(reader) => reader.take(),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(subscription) => subscription.take().map(decoded),
+        }
+    }
+
+    /// Waits for the next message. May be dropped while it waits: no message is lost by that.
+    pub(crate) async fn next(&self, has_publishers: impl Fn() -> bool) -> Taken<M> {
+        match self {
+            Self::Dds(reader) => reader.next(has_publishers).await,
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(subscription) => decoded(subscription.next().await),
+        }
+    }
+
+    /// Notes a message that came, and how many were lost before it.
+    pub(crate) fn heard(&self, message: &M, lost: u64) {
+        match self {
+            Self::Dds(reader) => reader.heard(message, lost),
+            // Zenoh keeps no part of a message that does not become whole.
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(_) => {}
+        }
+    }
+
+    /// The reader of DDS.
+    #[cfg(test)]
+    pub(crate) fn dds(&self) -> Option<&Reader<M>> {
+        match self {
+            Self::Dds(reader) => Some(reader),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(_) => None,
+        }
+    }
+}
+
+#[cfg(feature = "zenoh")]
+fn decoded<M: RosMessage>(message: ZenohMessage) -> Taken<M> {
+    let attachment = message.attachment.ok_or(ReadError::Malformed)?;
+    let decoded = msgs::cdr::decode(&message.encoded)
+        .map_err(|error| ReadError::Deserialization { reason: error.to_string() })?;
+    let sent = ROSTime::from_nanos(attachment.sent_ns);
+    let sender = Gid::from(attachment.sender);
+    Ok((decoded, MessageInfo::new(None, Some(sent), attachment.number, sender, None)))
+}
 
 /// A reader, and what is needed to replace it.
 pub(crate) struct Reader<M> {

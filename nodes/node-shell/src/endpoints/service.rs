@@ -2,7 +2,8 @@
 //!
 //! Clients of Fast DDS, Connext, RustDDS (*enhanced* mapping) and Cyclone DDS are each answered in their own
 //! form. Not answered are big-endian clients, Connext's *basic* mapping, and, but for Cyclone DDS, clients of a response
-//! that does not fit into a datagram (some 1.4 kB): see [`wire`]. [`Request::respond_or`] tells these why.
+//! that does not fit into a datagram (some 1.4 kB): see [`wire`]. [`Request::respond_or`] tells these why. On Zenoh all clients are
+//! answered.
 
 mod answering;
 #[cfg(test)]
@@ -19,13 +20,17 @@ use ros2_client::dds::ServiceMapping;
 use ros2_client::qos::{Durability, History, Reliability, WhenFull};
 use ros2_client::{Name, QosProfile, RmwRequestId, ServiceTypeName};
 
-use crate::endpoints::network::Network;
+use crate::endpoints::network::{Link, Network};
 use crate::graph::Graph;
 use crate::process::failure::NodeFailure;
 use crate::process::throttle::Throttle;
 use crate::settings::names;
 use crate::settings::qos::Qos;
 use crate::wire::error::{PublishError, ShellError};
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::keys::{End, UNKNOWN_HASH};
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::services::{ZenohRequest, ZenohServer};
 use answering::{Ends, Outgoing};
 pub(crate) use wire::Body;
 
@@ -41,9 +46,16 @@ pub(crate) fn body_of(encoded: &[u8]) -> Body {
 pub struct Service<S> {
     name: Arc<str>,
     /// None where the host is on no network: there are no clients.
-    ends: Option<Arc<Ends>>,
+    server: Option<Server>,
     malformed: Throttle,
     _service: PhantomData<fn(S)>,
+}
+
+/// The server on the network.
+enum Server {
+    Dds(Arc<Ends>),
+    #[cfg(feature = "zenoh")]
+    Zenoh(ZenohServer),
 }
 
 /// The type of a service as the client library has it.
@@ -55,6 +67,17 @@ pub(crate) fn service_type<S: RosService>() -> Result<ServiceTypeName, ShellErro
     let mut parts = S::TYPE_NAME.split('/');
     let (package, name) = (parts.next().unwrap_or_default(), parts.next_back().unwrap_or_default());
     Ok(ServiceTypeName::new(package, name))
+}
+
+/// A service as it is announced on Zenoh.
+#[cfg(feature = "zenoh")]
+pub(crate) fn zenoh_end<S: RosService>(name: &str) -> Result<End, ShellError> {
+    Ok(End {
+        name: name.to_owned(),
+        dds_type: names::dds_type_name(S::TYPE_NAME)?,
+        hash: S::type_hash().unwrap_or_else(|| UNKNOWN_HASH.to_owned()),
+        qos: Qos::reliable(DEPTH),
+    })
 }
 
 /// How requests and responses are delivered.
@@ -78,13 +101,21 @@ impl<S: RosService> Service<S> {
             topic: name.to_owned(),
             reason,
         };
+        let dds = match &network.link {
+            Link::Dds(dds) => dds,
+            #[cfg(feature = "zenoh")]
+            Link::Zenoh(node) => {
+                let server = node.server(zenoh_end::<S>(name)?).map_err(failed)?;
+                return Ok(Self::with(Some(Server::Zenoh(server)), name));
+            }
+        };
         let service_type = service_type::<S>()?;
         let response_type = names::dds_type_name(<S::Response as RosMessage>::TYPE_NAME)?;
         let qos = service_qos();
         // First, so that a client that has discovered the server has discovered it as well.
         let policies = Qos::reliable(DEPTH).writer_policies(S::TYPE_NAME);
-        let plain = network.response_writer(name, &response_type, &policies).map_err(failed)?;
-        let server = network
+        let plain = dds.response_writer(name, &response_type, &policies).map_err(failed)?;
+        let server = dds
             .for_an_endpoint()
             .create_server(
                 // The one that changes nothing in the bodies.
@@ -95,13 +126,18 @@ impl<S: RosService> Service<S> {
                 qos,
             )
             .map_err(|error| failed(error.to_string()))?;
-        let largest_whole = wire::largest_whole(network.smallest_mtu_bytes);
+        let largest_whole = wire::largest_whole(dds.smallest_mtu_bytes);
         let ends = Ends::new(server, plain, largest_whole, (graph, name.into()));
-        Ok(Self::with(Some(ends), name))
+        Ok(Self::with(Some(Server::Dds(ends)), name))
     }
 
-    fn with(ends: Option<Arc<Ends>>, name: &str) -> Self {
-        Self { name: name.into(), ends, malformed: Throttle::for_warnings(), _service: PhantomData }
+    fn with(server: Option<Server>, name: &str) -> Self {
+        Self {
+            name: name.into(),
+            server,
+            malformed: Throttle::for_warnings(),
+            _service: PhantomData,
+        }
     }
 
     /// Waits for the next request. May be dropped while waiting: no request is lost by that.
@@ -109,11 +145,24 @@ impl<S: RosService> Service<S> {
     /// A request that cannot be decoded is logged once in a while and ignored; its client gets no answer, as
     /// ROS 2 knows none for it.
     pub async fn next(&self) -> Request<'_, S> {
-        let Some(ends) = &self.ends else { return std::future::pending().await };
+        let Some(server) = &self.server else { return std::future::pending().await };
         loop {
-            let taken = match ends.server.async_receive_request().await {
-                Ok((client, body)) => self.decode(ends, client, body),
-                Err(error) => Err(error.to_string()),
+            let taken = match server {
+                Server::Dds(ends) => match ends.server.async_receive_request().await {
+                    Ok((client, body)) => self.decode(ends, client, body),
+                    Err(error) => Err(error.to_string()),
+                },
+                #[cfg(feature = "zenoh")]
+                Server::Zenoh(server) => match server.next().await {
+                    Ok(request) => cdr::decode(&request.encoded)
+                        .map(|message| Request {
+                            message,
+                            name: &self.name,
+                            reply: Reply::Zenoh(request),
+                        })
+                        .map_err(|error| error.to_string()),
+                    Err(reason) => Err(reason.to_owned()),
+                },
             };
             match taken {
                 Ok(request) => return request,
@@ -128,6 +177,16 @@ impl<S: RosService> Service<S> {
         &self.name
     }
 
+    /// The server on DDS.
+    #[cfg(test)]
+    fn dds_ends(&self) -> Option<&Arc<Ends>> {
+        match self.server.as_ref()? {
+            Server::Dds(ends) => Some(ends),
+            #[cfg(feature = "zenoh")]
+            Server::Zenoh(_) => None,
+        }
+    }
+
     fn decode<'a>(
         &'a self,
         ends: &'a Arc<Ends>,
@@ -137,7 +196,8 @@ impl<S: RosService> Service<S> {
         let parts = wire::cut(client.writer_gid.to_bytes16(), body).map_err(|e| e.to_string())?;
         let message = cdr::decode_body::<S::Request>(&parts.message, ByteOrder::Little)
             .map_err(|error| error.to_string())?;
-        Ok(Request { message, name: &self.name, ends, client, header: parts.header })
+        let reply = Reply::Dds { ends, client, header: parts.header };
+        Ok(Request { message, name: &self.name, reply })
     }
 
     fn refuse(&self, reason: &str) {
@@ -171,9 +231,18 @@ pub struct Request<'a, S: RosService> {
     /// The client's request.
     pub message: S::Request,
     name: &'a str,
-    ends: &'a Arc<Ends>,
-    client: RmwRequestId,
-    header: Vec<u8>,
+    reply: Reply<'a>,
+}
+
+/// By what a request is answered.
+enum Reply<'a> {
+    Dds {
+        ends: &'a Arc<Ends>,
+        client: RmwRequestId,
+        header: Vec<u8>,
+    },
+    #[cfg(feature = "zenoh")]
+    Zenoh(ZenohRequest),
 }
 
 impl<S: RosService> Request<'_, S> {
@@ -183,7 +252,19 @@ impl<S: RosService> Request<'_, S> {
     /// # Errors
     /// When the response cannot be encoded, is not taken, or is too large for the client's middleware.
     pub fn respond(self, response: &S::Response) -> Result<(), PublishError> {
-        self.ends.answer(self.outgoing(response)?)
+        let encoded = self.encoded(response)?;
+        match self.reply {
+            Reply::Dds { ends, client, header } => {
+                ends.answer(Outgoing::new(client, header, &encoded))
+            }
+            #[cfg(feature = "zenoh")]
+            Reply::Zenoh(request) => {
+                let topic = self.name;
+                request
+                    .respond(encoded)
+                    .map_err(|reason| PublishError::Library { topic: topic.to_owned(), reason })
+            }
+        }
     }
 
     /// Answers with a response that may be too large for the client's middleware, and then with another one, which is made of
@@ -196,21 +277,19 @@ impl<S: RosService> Request<'_, S> {
         response: &S::Response,
         too_large: impl FnOnce(&PublishError) -> S::Response,
     ) -> Result<(), PublishError> {
-        let outgoing = self.outgoing(response)?;
-        match self.ends.check_size(&outgoing) {
-            Ok(()) => self.ends.answer(outgoing),
+        let Reply::Dds { ends, client, header } = &self.reply else {
+            return self.respond(response);
+        };
+        let outgoing = Outgoing::new(*client, header.clone(), &self.encoded(response)?);
+        match ends.check_size(&outgoing) {
+            Ok(()) => ends.answer(outgoing),
             Err(error) => self.respond(&too_large(&error)),
         }
     }
 
-    fn outgoing(&self, response: &S::Response) -> Result<Outgoing, PublishError> {
-        let encoded = cdr::encode(response)
-            .map_err(|source| PublishError::Encode { topic: self.name.to_owned(), source })?;
-        Ok(Outgoing {
-            client: self.client,
-            has_header: !self.header.is_empty(),
-            body: answering::body(self.header.clone(), &encoded),
-        })
+    fn encoded(&self, response: &S::Response) -> Result<Vec<u8>, PublishError> {
+        cdr::encode(response)
+            .map_err(|source| PublishError::Encode { topic: self.name.to_owned(), source })
     }
 }
 

@@ -9,20 +9,62 @@ use ros2_client::Name;
 use ros2_client::dds::{Client, ServiceMapping};
 use tokio::sync::Mutex;
 
-use crate::endpoints::network::Network;
+use crate::endpoints::network::{Link, Network};
+#[cfg(feature = "zenoh")]
+use crate::endpoints::service::zenoh_end;
 use crate::endpoints::service::{Body, body_of, service_qos, service_type};
 use crate::graph::Graph;
 use crate::wire::error::ShellError;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::services::ZenohClient;
 
 /// Asks one service of another node, of the same process or not, over the network.
 ///
-/// It asks in the *enhanced* mapping of DDS-RPC, which the servers of this suite and of Fast DDS know; one of Cyclone DDS is not
+/// On DDS it asks in the *enhanced* mapping of DDS-RPC, which the servers of this suite and of Fast DDS know; one of Cyclone DDS is not
 /// found to answer.
 pub struct ServiceClient<S> {
     name: String,
     /// None where the host is on no network: there are no servers.
-    ends: Option<(Mutex<Client<Body, Body>>, Graph)>,
+    ends: Option<(Mutex<Asker>, Graph)>,
     _service: PhantomData<fn(S)>,
+}
+
+/// The client on the network.
+enum Asker {
+    Dds(Client<Body, Body>),
+    #[cfg(feature = "zenoh")]
+    Zenoh(ZenohClient),
+}
+
+impl Asker {
+    /// The response; `None` when there is none within `patience`.
+    async fn ask<S: RosService>(
+        &self,
+        encoded: Vec<u8>,
+        patience: Duration,
+    ) -> Result<Option<S::Response>, String> {
+        match self {
+            Self::Dds(client) => {
+                let response = async {
+                    let id = client
+                        .async_send_request(body_of(&encoded))
+                        .await
+                        .map_err(|error| error.to_string())?;
+                    client.async_receive_response(id).await.map_err(|error| error.to_string())
+                };
+                let Ok(body) = tokio::time::timeout(patience, response).await else {
+                    return Ok(None);
+                };
+                let response = cdr::decode_body(body?.bytes(), ByteOrder::Little);
+                response.map(Some).map_err(|error| error.to_string())
+            }
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(client) => {
+                let Some(response) = client.ask(encoded, patience).await? else { return Ok(None) };
+                cdr::decode(&response).map(Some).map_err(|error| error.to_string())
+            }
+        }
+    }
 }
 
 /// A service did not answer.
@@ -67,9 +109,18 @@ impl<S: RosService> ServiceClient<S> {
             topic: name.to_owned(),
             reason,
         };
+        let dds = match &network.link {
+            Link::Dds(dds) => dds,
+            #[cfg(feature = "zenoh")]
+            Link::Zenoh(node) => {
+                let client = node.client(zenoh_end::<S>(name)?).map_err(failed)?;
+                let ends = Some((Mutex::new(Asker::Zenoh(client)), graph.clone()));
+                return Ok(Self { name: name.to_owned(), ends, _service: PhantomData });
+            }
+        };
         let service_type = service_type::<S>()?;
         let qos = service_qos();
-        let client = network
+        let client = dds
             .for_an_endpoint()
             .create_client(
                 ServiceMapping::Enhanced,
@@ -79,7 +130,7 @@ impl<S: RosService> ServiceClient<S> {
                 qos,
             )
             .map_err(|error| failed(error.to_string()))?;
-        let ends = Some((Mutex::new(client), graph.clone()));
+        let ends = Some((Mutex::new(Asker::Dds(client)), graph.clone()));
         Ok(Self { name: name.to_owned(), ends, _service: PhantomData })
     }
 
@@ -108,17 +159,10 @@ impl<S: RosService> ServiceClient<S> {
         if tokio::time::timeout(patience, graph.wait_for_server(&self.name)).await.is_err() {
             return Err(AskError::NoServer { service: service(), waited: patience });
         }
-        let response = async {
-            let id = client
-                .async_send_request(body_of(&encoded))
-                .await
-                .map_err(|error| failed(error.to_string()))?;
-            client.async_receive_response(id).await.map_err(|error| failed(error.to_string()))
-        };
-        match tokio::time::timeout(patience, response).await {
-            Ok(body) => cdr::decode_body(body?.bytes(), ByteOrder::Little)
-                .map_err(|error| failed(error.to_string())),
-            Err(_) => Err(AskError::NoAnswer { service: service(), waited: patience }),
+        match client.ask::<S>(encoded, patience).await {
+            Ok(Some(response)) => Ok(response),
+            Ok(None) => Err(AskError::NoAnswer { service: service(), waited: patience }),
+            Err(reason) => Err(failed(reason)),
         }
     }
 }

@@ -10,7 +10,7 @@ use rustdds::GUID;
 
 use crate::endpoints::counters::TopicCounters;
 use crate::endpoints::gate::Gate;
-use crate::endpoints::reader::{self, Reader};
+use crate::endpoints::reader::{self, Outside};
 use crate::graph::OpenEndpoint;
 use crate::graph::inbox::{self, Queue, Received};
 use crate::graph::value::{Arrived, Incoming};
@@ -29,7 +29,7 @@ pub struct Subscription<I: Incoming> {
     queue: Arc<Queue<I>>,
     endpoint: OpenEndpoint,
     /// None where the host is on no network.
-    reader: Option<Reader<I::Message>>,
+    reader: Option<Outside<I::Message>>,
     counters: Arc<TopicCounters>,
     sequence: Mutex<BTreeMap<GUID, i64>>,
     /// Messages from outside that wait, `depth` of them at most.
@@ -55,7 +55,7 @@ impl<I: Incoming> Subscription<I> {
     pub(crate) fn new(
         (topic, depth): (&str, usize),
         queue: Arc<Queue<I>>,
-        reader: Option<Reader<I::Message>>,
+        reader: Option<Outside<I::Message>>,
         endpoint: OpenEndpoint,
         (counters, gate): (Arc<TopicCounters>, Gate),
     ) -> Self {
@@ -146,7 +146,9 @@ impl<I: Incoming> Subscription<I> {
     /// Replaces the reader, as when broken messages have filled the memory.
     #[cfg(test)]
     pub(crate) fn renew_reader(&self) {
-        if let Some(link) = self.reader.as_ref().and_then(|reader| reader.renewal().upgrade()) {
+        if let Some(link) =
+            self.reader.as_ref().and_then(|reader| reader.dds()?.renewal().upgrade())
+        {
             link.renew();
         }
     }
@@ -154,7 +156,7 @@ impl<I: Incoming> Subscription<I> {
     /// Distinguishes readers.
     #[cfg(test)]
     pub(crate) fn reader_in_use(&self) -> Option<usize> {
-        self.reader.as_ref().map(Reader::in_use)
+        self.reader.as_ref()?.dds().map(reader::Reader::in_use)
     }
 
     async fn next_from_outside(&self) -> Received<I> {
@@ -175,7 +177,7 @@ impl<I: Incoming> Subscription<I> {
 
     /// The next message from outside if it is here already. The library's own cache holds one message more
     /// than its setting, and gives the oldest first: a slow reader would always be a period behind.
-    fn take_from_outside(&self, reader: &Reader<I::Message>) -> Option<Received<I>> {
+    fn take_from_outside(&self, reader: &Outside<I::Message>) -> Option<Received<I>> {
         let mut waiting = self.lock_waiting();
         while let Some(taken) = reader.take() {
             let accepted = self.accept(taken);

@@ -1,5 +1,5 @@
-//! The end of a publisher on the network: a writer of the DDS library, which may be replaced by a new one
-//! under the publisher's hands.
+//! The end of a publisher on the network: on Zenoh a publisher, and on DDS a writer of its library, which may be replaced by
+//! a new one under the publisher's hands.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,12 +7,39 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ros2_client::WriteError;
 
 use crate::graph::Renew;
+use crate::wire::error::PublishError;
 use crate::wire::payload::Payload;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::topics::ZenohPublisher;
 
 type LibraryWriter = ros2_client::Publisher<Payload>;
 
 /// Makes the next writer; the graph knows it by then.
 pub(crate) type MakeWriter = Box<dyn Fn() -> Result<LibraryWriter, String> + Send + Sync>;
+
+/// The end of a publisher on the network.
+pub(crate) enum Outside {
+    Dds(Arc<Writer>),
+    #[cfg(feature = "zenoh")]
+    Zenoh(ZenohPublisher),
+}
+
+impl Outside {
+    /// Sends a message of `topic`, which may wait for room where delivery is reliable.
+    pub(crate) fn send(&self, topic: &str, payload: Payload) -> Result<(), PublishError> {
+        let topic = || topic.to_owned();
+        match self {
+            Self::Dds(writer) => writer.write(payload).map_err(|error| match error {
+                WriteError::WouldBlock { .. } => PublishError::NotAcknowledged { topic: topic() },
+                error => PublishError::Library { topic: topic(), reason: error.to_string() },
+            }),
+            #[cfg(feature = "zenoh")]
+            Self::Zenoh(publisher) => publisher
+                .put(payload.into_encoded())
+                .map_err(|reason| PublishError::Library { topic: topic(), reason }),
+        }
+    }
+}
 
 /// A writer, and what is needed to replace it.
 pub(crate) struct Writer {
@@ -41,7 +68,7 @@ impl Writer {
     }
 
     /// Hands a message to the library, which may wait for room where delivery is reliable.
-    pub(crate) fn write(&self, payload: Payload) -> Result<(), WriteError<()>> {
+    fn write(&self, payload: Payload) -> Result<(), WriteError<()>> {
         let mut state = self.lock();
         if self.keeps > 0 {
             state.kept.push_back(payload.clone());

@@ -210,7 +210,7 @@ impl Graph {
     }
 
     /// Notes a peer that does not fit, and logs it when it is new.
-    fn misfit(&self, own: GUID, peer: GUID, misfit: Misfit) {
+    pub(super) fn misfit(&self, own: GUID, peer: GUID, misfit: Misfit) {
         let who = self.lock_names().of(peer);
         let mut endpoints = self.lock();
         let Some(endpoint) = of_guid(&mut endpoints, own) else { return };

@@ -25,6 +25,18 @@ pub(crate) struct ParticipantNodes {
     nodes: Vec<NodeEndpoints>,
 }
 
+#[cfg(feature = "zenoh")]
+impl ParticipantNodes {
+    /// A participant that is one node.
+    pub(super) fn of_node(prefix: [u8; 12], namespace: &str, name: &str) -> Self {
+        let mut participant = [0; 16];
+        participant.iter_mut().zip(prefix).for_each(|(to, from)| *to = from);
+        let (namespace, name) = (namespace.to_owned(), name.to_owned());
+        let node = NodeEndpoints { namespace, name, readers: Vec::new(), writers: Vec::new() };
+        Self { participant, nodes: vec![node] }
+    }
+}
+
 /// `rmw_dds_common/msg/NodeEntitiesInfo`.
 #[derive(Clone, PartialEq, Eq, Debug, Deserialize)]
 struct NodeEndpoints {

@@ -12,6 +12,9 @@ use rustdds::{DomainParticipant, Duration, GUID, QosPolicies, RTPSEntity};
 use crate::graph::{Graph, Role};
 use crate::settings::names::ros_type_name;
 use crate::settings::qos::Qos;
+use crate::wire::rmw_zenoh::PARTICIPANT_MARK;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::keys::{Kind, Token};
 
 /// The prefix that ROS 2 puts in front of the name of a topic on the wire; services and actions have others.
 const TOPIC_PREFIX: &str = "rt/";
@@ -63,7 +66,8 @@ impl ParticipantId {
     /// the OMG's).
     #[must_use]
     pub fn vendor(&self) -> &'static str {
-        match self.0[..2] {
+        let [first, second, ..] = self.0;
+        match [first, second] {
             [0x01, 0x01 | 0x0a] => "RTI Connext",
             [0x01, 0x02] => "OpenSplice",
             [0x01, 0x03] => "OpenDDS",
@@ -72,6 +76,7 @@ impl ParticipantId {
             [0x01, 0x11] => "GurumDDS",
             [0x01, 0x12] => "RustDDS",
             [0x01, 0x14] => "Dust DDS",
+            PARTICIPANT_MARK => "Zenoh",
             _ => "unknown DDS",
         }
     }
@@ -233,11 +238,42 @@ pub(crate) fn of(participant: &DomainParticipant, graph: &Graph) -> Vec<Discover
         endpoint(Role::Publisher, data.key, name, data.qos(), ipv4(at))
     });
     let mut all: Vec<_> = readers.chain(writers).collect();
+    sort(&mut all);
+    all
+}
+
+/// The endpoints of other processes on Zenoh.
+#[cfg(feature = "zenoh")]
+pub(crate) fn of_tokens(graph: &Graph) -> Vec<DiscoveredEndpoint> {
+    let endpoint = |token: Token| {
+        let role = match token.kind {
+            Kind::Publisher => Role::Publisher,
+            Kind::Subscription => Role::Subscription,
+            _ => return None,
+        };
+        let guid = GUID::from_bytes(token.guid_bytes());
+        let end = token.end?;
+        Some(DiscoveredEndpoint {
+            role,
+            topic: end.name,
+            type_name: ros_type_name(&end.dds_type),
+            qos: DiscoveredQos { role, policies: end.qos.reader_policies() },
+            node: graph.node_of(guid),
+            is_before_iron: false,
+            participant: ParticipantId::of(guid),
+            addresses: BTreeSet::new(),
+        })
+    };
+    let mut all: Vec<_> = graph.tokens().into_iter().filter_map(endpoint).collect();
+    sort(&mut all);
+    all
+}
+
+fn sort(all: &mut [DiscoveredEndpoint]) {
     all.sort_by(|a, b| {
         let key = |one: &DiscoveredEndpoint| (one.role, one.node.clone(), one.participant);
         (&a.topic, key(a)).cmp(&(&b.topic, key(b)))
     });
-    all
 }
 
 /// `/scan` for `rt/scan`; `None` for what is no topic of ROS 2.

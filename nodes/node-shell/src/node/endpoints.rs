@@ -7,13 +7,14 @@ use msgs::{Domain, RosMessage, RosService};
 
 use super::Node;
 use crate::endpoints::gate::Gate;
+use crate::endpoints::network::Link;
 use crate::endpoints::publisher::{Outlet, Publisher, RawPublisher, ValuePublisher};
 use crate::endpoints::raw_subscription::RawSubscription;
-use crate::endpoints::reader::{MakeReader, Reader};
+use crate::endpoints::reader::{self, MakeReader, Reader};
 use crate::endpoints::service::Service;
 use crate::endpoints::service_client::ServiceClient;
 use crate::endpoints::subscription::{Subscription, ValueSubscription};
-use crate::endpoints::writer::{MakeWriter, Writer};
+use crate::endpoints::writer::{self, MakeWriter, Writer};
 use crate::graph::exchange::TopicKey;
 use crate::graph::inbox::Queue;
 use crate::graph::value::Incoming;
@@ -21,6 +22,8 @@ use crate::graph::{OpenEndpoint, Role};
 use crate::settings::names;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::keys::{End, Token, UNKNOWN_HASH};
 
 impl Node {
     /// The absolute name of a topic, after remapping.
@@ -134,24 +137,30 @@ impl Node {
         let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
         let id = self.host.exchange().enter_subscription(key, qos, queue.clone());
         let endpoint = OpenEndpoint::new(id, &self.graph);
-        let reader = match &self.network {
-            None => self.graph.enter(id, (Role::Subscription, &absolute, &dds_type), || {
-                Ok::<_, ShellError>(None)
-            })?,
-            Some(network) => {
-                let make = network.reader_maker::<I::Message>(&absolute, &dds_type, qos);
-                let first = self
-                    .graph
-                    .enter(id, (Role::Subscription, &absolute, &dds_type), || make().map(Some))
-                    .map_err(|reason| endpoint_error("subscription", &absolute, reason))?;
+        let place = (Role::Subscription, absolute.as_str(), dds_type.as_str());
+        let failed = |reason| endpoint_error("subscription", &absolute, reason);
+        let reader = match self.network.as_ref().map(|network| &network.link) {
+            None => self.graph.enter(id, place, || Ok::<_, ShellError>(None))?,
+            Some(Link::Dds(dds)) => {
+                let make = dds.reader_maker::<I::Message>(&absolute, &dds_type, qos);
+                let first = self.graph.enter(id, place, || make().map(Some)).map_err(failed)?;
                 let graph = self.graph.clone();
                 let remake: MakeReader<I::Message> = Box::new(move || graph.renew(id, &make));
                 first.map(|first| {
                     let reader =
                         Reader::new((&absolute, type_name), first, qos.is_reliable(), remake);
                     self.graph.renew_with(id, reader.renewal());
-                    reader
+                    reader::Outside::Dds(reader)
                 })
+            }
+            #[cfg(feature = "zenoh")]
+            Some(Link::Zenoh(node)) => {
+                let end = topic_end(&absolute, &dds_type, type_name, qos);
+                let hash = end.hash.clone();
+                let make = || node.subscription(end).map(|(token, one)| Some((guid(&token), one)));
+                let made = self.graph.enter(id, place, make).map_err(failed)?;
+                self.graph.enter_hash(id, &hash);
+                made.map(reader::Outside::Zenoh)
             }
         };
         let counters = self.counters.of_subscription(&absolute);
@@ -199,25 +208,30 @@ impl Node {
         let id = self.host.exchange().enter_publisher(key, qos);
         let endpoint = OpenEndpoint::new(id, &self.graph);
         let keeps = if qos.is_transient_local() { qos.depth() } else { 0 };
-        let writer = match &self.network {
-            None => self
-                .graph
-                .enter(id, (Role::Publisher, &absolute, &dds_type), || Ok::<_, ShellError>(None))?,
-            Some(network) => {
-                let make =
-                    network.writer_maker(&absolute, &dds_type, qos.writer_policies(type_name));
-                let first = self
-                    .graph
-                    .enter(id, (Role::Publisher, &absolute, &dds_type), || make().map(Some))
-                    .map_err(|reason| endpoint_error("publisher", &absolute, reason))?;
+        let place = (Role::Publisher, absolute.as_str(), dds_type.as_str());
+        let failed = |reason| endpoint_error("publisher", &absolute, reason);
+        let writer = match self.network.as_ref().map(|network| &network.link) {
+            None => self.graph.enter(id, place, || Ok::<_, ShellError>(None))?,
+            Some(Link::Dds(dds)) => {
+                let make = dds.writer_maker(&absolute, &dds_type, qos.writer_policies(type_name));
+                let first = self.graph.enter(id, place, || make().map(Some)).map_err(failed)?;
                 let graph = self.graph.clone();
                 let remake: MakeWriter = Box::new(move || graph.renew(id, &make));
                 first.map(|first| {
                     let writer = Writer::new(&absolute, first, keeps, remake);
                     let link: Weak<Writer> = Arc::downgrade(&writer);
                     self.graph.renew_with(id, link);
-                    writer
+                    writer::Outside::Dds(writer)
                 })
+            }
+            #[cfg(feature = "zenoh")]
+            Some(Link::Zenoh(node)) => {
+                let end = topic_end(&absolute, &dds_type, type_name, qos);
+                let hash = end.hash.clone();
+                let make = || node.publisher(end).map(|(token, one)| Some((guid(&token), one)));
+                let made = self.graph.enter(id, place, make).map_err(failed)?;
+                self.graph.enter_hash(id, &hash);
+                made.map(writer::Outside::Zenoh)
             }
         };
         Ok(Outlet {
@@ -232,6 +246,20 @@ impl Node {
             gate,
         })
     }
+}
+
+/// A topic as it is announced on Zenoh.
+#[cfg(feature = "zenoh")]
+fn topic_end(absolute: &str, dds_type: &str, type_name: &str, qos: &Qos) -> End {
+    let hash = msgs::schema_of(type_name)
+        .and_then(|schema| msgs::type_hash_of(type_name, &schema))
+        .unwrap_or_else(|| UNKNOWN_HASH.to_owned());
+    End { name: absolute.to_owned(), dds_type: dds_type.to_owned(), hash, qos: *qos }
+}
+
+#[cfg(feature = "zenoh")]
+fn guid(token: &Token) -> rustdds::GUID {
+    rustdds::GUID::from_bytes(token.guid_bytes())
 }
 
 fn endpoint_error(endpoint: &'static str, topic: &str, reason: String) -> ShellError {

@@ -1,13 +1,20 @@
 //! One process' place in the ROS graph: its nodes, and what they hand to each other without a network.
 
 use std::sync::Arc;
+#[cfg(feature = "zenoh")]
+use std::sync::{Mutex, PoisonError, Weak};
 
+use crate::endpoints::network::Network;
+use crate::graph::Graph;
 use crate::graph::exchange::Exchange;
 use crate::graph::siblings::Siblings;
 use crate::process::memory;
 use crate::process::shutdown::Shutdown;
+use crate::settings::names::NodeIdentity;
 use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
+#[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::session::Session;
 use crate::wire::transport::Transport;
 
 /// Lets the other tasks of the runtime run before a node goes on: to be awaited after each step that publishes. The peer that a
@@ -22,7 +29,7 @@ pub async fn let_peers_run() {
 /// which of the two it is.
 ///
 /// Each node has a DDS participant of its own: within one participant the readers and writers of a topic
-/// share one cache, whose bound is that of the largest among them.
+/// share one cache, whose bound is that of the largest among them. On Zenoh all have one session.
 #[derive(Clone)]
 pub struct Host {
     transport: Option<Transport>,
@@ -30,6 +37,9 @@ pub struct Host {
     siblings: Siblings,
     shutdown: Shutdown,
     max_waiting_cycles: usize,
+    /// Of all nodes, where the transport is Zenoh; open as long as one of them is.
+    #[cfg(feature = "zenoh")]
+    session: Arc<Mutex<Weak<Session>>>,
 }
 
 impl Host {
@@ -61,7 +71,32 @@ impl Host {
             siblings: Siblings::default(),
             shutdown: Shutdown::new(),
             max_waiting_cycles: waiting_cycles::EVERY,
+            #[cfg(feature = "zenoh")]
+            session: Arc::default(),
         }
+    }
+
+    /// Joins the network that the host is on, if any, as a node.
+    pub(crate) fn join(
+        &self,
+        identity: &NodeIdentity,
+        graph: &Graph,
+    ) -> Result<Option<Network>, ShellError> {
+        let Some(transport) = &self.transport else { return Ok(None) };
+        #[cfg(feature = "zenoh")]
+        if let Some(settings) = transport.zenoh() {
+            let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
+            let open = match session.upgrade() {
+                Some(open) => open,
+                None => {
+                    let opened = Session::open(transport.domain_id(), settings);
+                    Arc::new(opened.map_err(ShellError::Zenoh)?)
+                }
+            };
+            *session = Arc::downgrade(&open);
+            return Network::join_zenoh(&open, identity, graph).map(Some);
+        }
+        Network::join(transport, identity, graph, &self.siblings).map(Some)
     }
 
     /// The same, with this many cycles that may wait before a node of it; live 2, on no network 50.
@@ -74,10 +109,6 @@ impl Host {
     #[must_use]
     pub fn shutdown_signal(&self) -> Shutdown {
         self.shutdown.clone()
-    }
-
-    pub(crate) fn transport(&self) -> Option<&Transport> {
-        self.transport.as_ref()
     }
 
     pub(crate) fn max_waiting_cycles(&self) -> usize {

@@ -37,7 +37,8 @@ pub(crate) struct Diagnostics {
     pub(crate) counters: Counters,
     pub(crate) clock: NodeClock,
     pub(crate) life: Life,
-    pub(crate) health: Arc<ReceiveHealth>,
+    /// None where there are no datagrams.
+    pub(crate) health: Option<Arc<ReceiveHealth>>,
     /// Gets each report, too.
     pub(crate) last: watch::Sender<Option<Arc<DiagnosticStatus>>>,
 }
@@ -48,14 +49,17 @@ impl Diagnostics {
         futures::pin_mut!(stop);
         let mut changes = self.graph.changes();
         let mut last = (Instant::now(), Snapshot::default());
-        let mut losses = LossWatch::new(Arc::clone(&self.health));
+        let mut losses = self.health.clone().map(LossWatch::new);
         let mut missing_warning = MissingWarning::default();
         let mut silent_warning = MissingWarning::default();
         loop {
             let reported = Instant::now();
             changes.mark_unchanged();
             let (matches, snapshot) = (self.graph.matches(), self.counters.snapshot());
-            let (datagrams_dropped, loss) = losses.look(reported, &matches, &snapshot);
+            let (datagrams_dropped, loss) = match &mut losses {
+                Some(losses) => losses.look(reported, &matches, &snapshot),
+                None => (None, None),
+            };
             let idle = self.life.state().filter(|state| *state != LifecycleState::Active);
             let findings = Findings {
                 silent: if idle.is_none() { silent(&matches, &snapshot) } else { Vec::new() },
@@ -149,12 +153,14 @@ impl Diagnostics {
 
     /// The receive limits of the process, and its losses.
     fn receiving(&self, findings: &Findings<'_>) -> Vec<KeyValue> {
-        let granted = self.health.granted_buffer();
-        let mut values = vec![
-            pair("receive buffer KiB", (granted.bytes() / 1024).to_string()),
-            pair("largest safe message kB", (granted.largest_safe_message() / 1000).to_string()),
-        ];
-        values.push(pair("datagram filter", self.health.filter().to_string()));
+        let mut values = Vec::new();
+        if let Some(health) = &self.health {
+            let granted = health.granted_buffer();
+            let safe = granted.largest_safe_message();
+            values.push(pair("receive buffer KiB", (granted.bytes() / 1024).to_string()));
+            values.push(pair("largest safe message kB", (safe / 1000).to_string()));
+            values.push(pair("datagram filter", health.filter().to_string()));
+        }
         if let Some(bytes) = resident_bytes() {
             values.push(pair("resident memory MB", format!("{:.1}", bytes as f64 * 1e-6)));
         }

@@ -36,7 +36,7 @@ impl Node {
     pub(crate) fn start_diagnostics(&self) -> Result<(), ShellError> {
         let Some(network) = self.network() else { return Ok(()) };
         let diagnostics = Diagnostics {
-            health: Arc::clone(&network.health),
+            health: network.link.dds().map(|dds| Arc::clone(&dds.health)),
             node_name: self.full_name(),
             publisher: self.own_publisher(DIAGNOSTICS, &Qos::reliable(10))?,
             life: self.life().clone(),

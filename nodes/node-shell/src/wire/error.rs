@@ -41,6 +41,9 @@ pub enum ShellError {
         /// The library's error.
         reason: String,
     },
+    /// The Zenoh session could not be had.
+    #[error("the node could not join Zenoh: {0}")]
+    Zenoh(String),
     /// A publisher or subscription could not be created.
     #[error("the {endpoint} on {topic} could not be created: {reason}")]
     Endpoint {

@@ -80,6 +80,12 @@ impl Payload {
         self.encoded.len()
     }
 
+    /// Header and body.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn into_encoded(self) -> Vec<u8> {
+        self.encoded
+    }
+
     fn body(&self) -> &[u8] {
         self.encoded.get(HEADER..).unwrap_or_default()
     }

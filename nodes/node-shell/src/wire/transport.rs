@@ -35,6 +35,8 @@ pub(crate) use interfaces::smallest_mtu_bytes;
 pub use join::Joined;
 pub(crate) use library_threads::{AtRest, LibraryThreads};
 
+use crate::wire::rmw_zenoh::settings::ZenohSettings;
+
 /// The group that DDS uses for multicast.
 const MULTICAST_GROUP: Ipv4Addr = Ipv4Addr::new(239, 255, 0, 1);
 
@@ -76,13 +78,16 @@ pub struct Transport {
     static_peers: Vec<StaticPeer>,
     interfaces: Vec<String>,
     receive_buffer: usize,
+    /// Set where it is Zenoh and no DDS.
+    zenoh: Option<ZenohSettings>,
 }
 
 impl Transport {
     /// The settings of the environment: `ROS_DOMAIN_ID`, `ROS_LOCALHOST_ONLY`,
     /// `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_STATIC_PEERS` as in ROS 2;
     /// `STILLMAP_INTERFACES` (names or addresses of the network interfaces to use, separated by
-    /// commas) and `STILLMAP_RECEIVE_BUFFER_KIB` (the receive buffer requested of a socket).
+    /// commas) and `STILLMAP_RECEIVE_BUFFER_KIB` (the receive buffer requested of a socket). With `RMW_IMPLEMENTATION=rmw_zenoh_cpp` it
+    /// is Zenoh, by `ZENOH_SESSION_CONFIG_URI`, `ZENOH_CONFIG_OVERRIDE` and `ZENOH_ROUTER_CHECK_ATTEMPTS` as in ROS 2.
     ///
     /// # Errors
     /// When one of them has a value that is not understood.
@@ -103,6 +108,7 @@ impl Transport {
             static_peers: Vec::new(),
             interfaces: Vec::new(),
             receive_buffer: WANTED_RECEIVE_BUFFER,
+            zenoh: None,
         }
     }
 
@@ -148,7 +154,25 @@ impl Transport {
         Self { receive_buffer, ..self }
     }
 
-    /// The DDS domain.
+    /// The settings of Zenoh, where it takes the place of DDS.
+    #[cfg(feature = "zenoh")]
+    pub(crate) fn zenoh(&self) -> Option<&ZenohSettings> {
+        self.zenoh.as_ref()
+    }
+
+    /// The same domain on Zenoh.
+    #[cfg(all(test, feature = "zenoh"))]
+    pub(crate) fn over_zenoh(self, settings: ZenohSettings) -> Self {
+        Self { zenoh: Some(settings), ..self }
+    }
+
+    /// Whether Zenoh takes the place of DDS. The domain is kept there too; the rest has no meaning.
+    #[must_use]
+    pub fn is_zenoh(&self) -> bool {
+        self.zenoh.is_some()
+    }
+
+    /// The domain.
     #[must_use]
     pub fn domain_id(&self) -> u16 {
         self.domain_id
@@ -163,6 +187,9 @@ impl Transport {
 
 impl fmt::Display for Transport {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_zenoh() {
+            return write!(formatter, "domain {}, Zenoh", self.domain_id);
+        }
         let reach = match self.range {
             DiscoveryRange::Subnet => "all networks",
             DiscoveryRange::Localhost => "this machine only",

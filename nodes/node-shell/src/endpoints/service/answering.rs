@@ -59,6 +59,11 @@ pub(super) struct Outgoing {
 }
 
 impl Outgoing {
+    /// The response `encoded` to `client`, behind the `header` that the client wants back.
+    pub(super) fn new(client: RmwRequestId, header: Vec<u8>, encoded: &[u8]) -> Self {
+        Self { client, has_header: !header.is_empty(), body: body(header, encoded) }
+    }
+
     /// The client. Others than Cyclone DDS may name their reader.
     fn asked_by(&self) -> Client {
         let guid = GUID::from_bytes(self.client.writer_gid.to_bytes16());

@@ -116,7 +116,7 @@ async fn a_response_that_would_be_sent_in_fragments_is_refused_and_the_next_one_
     let node = server_node("large");
     {
         let service = node.service::<SetBool>("~/switch").unwrap();
-        let largest = service.ends.as_ref().unwrap().largest_whole;
+        let largest = service.dds_ends().unwrap().largest_whole;
         let asker = Asker::new("large");
         // Of a response: encapsulation, a flag, the count and the end of the text.
         let text = |bytes: usize| "x".repeat(bytes - 4 - 4 - 4 - 1);
@@ -162,7 +162,7 @@ async fn an_invalid_request_is_ignored() {
     let node = server_node("malformed");
     {
         let service = node.service::<SetBool>("~/switch").unwrap();
-        let ends = service.ends.as_ref().unwrap();
+        let ends = service.dds_ends().unwrap();
         let decode = |body| service.decode(ends, RmwRequestId::default(), Body(body));
         assert!(decode(vec![1]).unwrap().message.data);
         assert!(decode(Vec::new()).is_err());

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::net::Ipv4Addr;
 
 use super::{DiscoveryRange, RECEIVE_BUFFER_BYTES, StaticPeer, Transport, ports};
+use crate::wire::rmw_zenoh::settings;
 
 const DOMAIN: &str = "ROS_DOMAIN_ID";
 const LOCALHOST_ONLY: &str = "ROS_LOCALHOST_ONLY";
@@ -27,7 +28,7 @@ pub struct TransportError {
 }
 
 impl TransportError {
-    fn new(variable: &'static str, value: &str, accepted: &'static str) -> Self {
+    pub(crate) fn new(variable: &'static str, value: &str, accepted: &'static str) -> Self {
         Self { variable, value: value.to_owned(), accepted: Cow::Borrowed(accepted) }
     }
 }
@@ -38,6 +39,7 @@ pub(super) fn read(
 ) -> Result<Transport, TransportError> {
     let read = |name| variable(name).map(|one| one.trim().to_owned()).filter(|one| !one.is_empty());
     let mut transport = Transport::in_domain(0);
+    transport.zenoh = settings::read(&read)?;
     if let Some(value) = read(DOMAIN) {
         transport.domain_id =
             value.parse().ok().filter(|domain| *domain <= ports::HIGHEST_DOMAIN).ok_or_else(

@@ -2,7 +2,7 @@
 
 /// How many values a field holds.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Arity {
+pub(crate) enum Arity {
     /// `T`.
     One,
     /// `T[n]`.
@@ -15,26 +15,28 @@ pub(super) enum Arity {
 
 /// A field of a message.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Field<'text> {
+pub(crate) struct Field<'text> {
     /// The type of one element, without the bound of a string.
-    pub(super) element: &'text str,
-    pub(super) arity: Arity,
-    pub(super) name: &'text str,
-    pub(super) default: Option<&'text str>,
+    pub(crate) element: &'text str,
+    /// The most characters that a string may have.
+    pub(crate) longest: Option<u64>,
+    pub(crate) arity: Arity,
+    pub(crate) name: &'text str,
+    pub(crate) default: Option<&'text str>,
 }
 
 /// Fields and constants of a message, in the order of its text.
 #[derive(PartialEq, Eq, Debug, Default)]
-pub(super) struct Definition<'text> {
-    pub(super) fields: Vec<Field<'text>>,
+pub(crate) struct Definition<'text> {
+    pub(crate) fields: Vec<Field<'text>>,
     /// Type, name and value.
-    pub(super) constants: Vec<(&'text str, &'text str, &'text str)>,
+    pub(crate) constants: Vec<(&'text str, &'text str, &'text str)>,
 }
 
 impl<'text> Definition<'text> {
     /// # Errors
     /// With the line that is neither a field nor a constant.
-    pub(super) fn parse(text: &'text str) -> Result<Self, String> {
+    pub(crate) fn parse(text: &'text str) -> Result<Self, String> {
         let mut definition = Self::default();
         for line in text.lines() {
             let code = line.split('#').next().unwrap_or_default().trim();
@@ -52,14 +54,18 @@ impl<'text> Definition<'text> {
                 Some((name, default)) => (name, Some(default.trim())),
                 None => (rest, None),
             };
-            let (element, arity) = element_and_arity(kind).ok_or_else(malformed)?;
-            definition.fields.push(Field { element, arity, name, default });
+            let (kind, arity) = kind_and_arity(kind).ok_or_else(malformed)?;
+            let (element, longest) = match kind.split_once("<=") {
+                None => (kind, None),
+                Some((element, most)) => (element, Some(most.parse().map_err(|_| malformed())?)),
+            };
+            definition.fields.push(Field { element, longest, arity, name, default });
         }
         Ok(definition)
     }
 }
 
-fn element_and_arity(kind: &str) -> Option<(&str, Arity)> {
+fn kind_and_arity(kind: &str) -> Option<(&str, Arity)> {
     let (element, arity) = match kind.split_once('[') {
         None => (kind, Arity::One),
         Some((element, bounds)) => {
@@ -72,7 +78,7 @@ fn element_and_arity(kind: &str) -> Option<(&str, Arity)> {
             (element, arity)
         }
     };
-    Some((element.split("<=").next()?, arity))
+    Some((element, arity))
 }
 
 #[cfg(test)]
@@ -83,7 +89,17 @@ mod tests {
     fn fields_constants_defaults_and_bounds_are_read() {
         let text = "# head\nuint8 A=1 # one\nint32 B = -2\n\nstring<=5 name \"x\"\n\
                     float64[36] c\nPoint[] p # points\nstring<=4[<=3] s\nfloat64 w 1\n";
-        let field = |element, arity, name, default| Field { element, arity, name, default };
+        let field = |element, arity, name, default| Field {
+            element,
+            longest: match name {
+                "name" => Some(5),
+                "s" => Some(4),
+                _ => None,
+            },
+            arity,
+            name,
+            default,
+        };
         assert_eq!(
             Definition::parse(text).unwrap(),
             Definition {
