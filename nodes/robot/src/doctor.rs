@@ -146,8 +146,14 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
         Err(error) => return Ok(only(&error)),
     };
     let listening = Listening { span: args.seconds, measure: args.measure };
+    let is_zenoh = transport.is_zenoh();
     let (view, buffer) = listen(transport, ros, listening)?;
-    let mut findings = machine.findings(&buffer);
+    let mut findings = if is_zenoh {
+        // Interfaces, ports and buffers are the router's affair.
+        vec![Finding::ok(Check::Environment, format!("nodes start on {}", machine.transport))]
+    } else {
+        machine.findings(&buffer)
+    };
     findings.extend(view.findings(&machine, &buffer));
     // Where there is none, the findings say what is missing.
     if let Ok(proposal) = Proposal::of(&view)
@@ -180,7 +186,7 @@ pub(crate) fn listen(
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?
         .block_on(graph::listen(transport, ros, listening))
         .map_err(|error| Failure::new(error.to_string()))?;
-    Ok((view, granted.into()))
+    Ok((view, granted.map_or(ReceiveBuffer::OF_A_STREAM, ReceiveBuffer::from)))
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {

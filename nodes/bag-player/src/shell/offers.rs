@@ -66,13 +66,15 @@ impl Offers {
             }
             let qos = qos_of(topic);
             let mut type_name = full_type_name(&topic.type_name);
+            let mut definition = topic.definition.as_deref();
             let mut name = options.published_name(&topic.topic).to_owned();
             if let Some(part) = compression.topic_part(&topic.topic) {
                 // Below the remapped name of the raw image.
                 name = format!("{}/{part}", node.resolve(&name)?);
                 type_name = CompressedImage::TYPE_NAME.to_owned();
+                definition = None;
             }
-            let publisher = node.raw_publisher(&name, &type_name, &qos)?;
+            let publisher = node.raw_publisher_of(&name, (&type_name, definition), &qos)?;
             let summary = TopicSummary::new(&topic.topic, publisher.topic(), &type_name);
             offers.insert(topic.topic.clone(), Offer { publisher, type_name, summary });
         }

@@ -101,6 +101,7 @@ impl<S: RosService> Service<S> {
             topic: name.to_owned(),
             reason,
         };
+        #[cfg_attr(not(feature = "zenoh"), expect(clippy::infallible_destructuring_match))]
         let dds = match &network.link {
             Link::Dds(dds) => dds,
             #[cfg(feature = "zenoh")]
@@ -277,13 +278,16 @@ impl<S: RosService> Request<'_, S> {
         response: &S::Response,
         too_large: impl FnOnce(&PublishError) -> S::Response,
     ) -> Result<(), PublishError> {
-        let Reply::Dds { ends, client, header } = &self.reply else {
-            return self.respond(response);
-        };
-        let outgoing = Outgoing::new(*client, header.clone(), &self.encoded(response)?);
-        match ends.check_size(&outgoing) {
-            Ok(()) => ends.answer(outgoing),
-            Err(error) => self.respond(&too_large(&error)),
+        match &self.reply {
+            Reply::Dds { ends, client, header } => {
+                let outgoing = Outgoing::new(*client, header.clone(), &self.encoded(response)?);
+                match ends.check_size(&outgoing) {
+                    Ok(()) => ends.answer(outgoing),
+                    Err(error) => self.respond(&too_large(&error)),
+                }
+            }
+            #[cfg(feature = "zenoh")]
+            Reply::Zenoh(_) => self.respond(response),
         }
     }
 

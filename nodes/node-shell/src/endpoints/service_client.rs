@@ -109,6 +109,7 @@ impl<S: RosService> ServiceClient<S> {
             topic: name.to_owned(),
             reason,
         };
+        #[cfg_attr(not(feature = "zenoh"), expect(clippy::infallible_destructuring_match))]
         let dds = match &network.link {
             Link::Dds(dds) => dds,
             #[cfg(feature = "zenoh")]

@@ -78,7 +78,22 @@ impl Node {
         type_name: &str,
         qos: &Qos,
     ) -> Result<RawPublisher, ShellError> {
-        Ok(RawPublisher::new(self.outlet(topic, type_name, qos, self.life.gate())?))
+        self.raw_publisher_of(topic, (type_name, None), qos)
+    }
+
+    /// The same, of a type whose `definition` need not be known here: its text and that of all types in it, as bags have it. On Zenoh
+    /// none hears messages of a type without one.
+    ///
+    /// # Errors
+    /// As [`Node::raw_publisher`].
+    pub fn raw_publisher_of(
+        &self,
+        topic: &str,
+        (type_name, definition): (&str, Option<&str>),
+        qos: &Qos,
+    ) -> Result<RawPublisher, ShellError> {
+        let kind = (type_name, definition);
+        Ok(RawPublisher::new(self.outlet_of(topic, kind, qos, self.life.gate())?))
     }
 
     /// A subscription to messages of one type. Messages that arrive while the node is inactive are ignored, except on a topic
@@ -155,7 +170,7 @@ impl Node {
             }
             #[cfg(feature = "zenoh")]
             Some(Link::Zenoh(node)) => {
-                let end = topic_end(&absolute, &dds_type, type_name, qos);
+                let end = topic_end(&absolute, &dds_type, (type_name, None), qos);
                 let hash = end.hash.clone();
                 let make = || node.subscription(end).map(|(token, one)| Some((guid(&token), one)));
                 let made = self.graph.enter(id, place, make).map_err(failed)?;
@@ -202,6 +217,17 @@ impl Node {
         qos: &Qos,
         gate: Gate,
     ) -> Result<Outlet, ShellError> {
+        self.outlet_of(topic, (type_name, None), qos, gate)
+    }
+
+    #[cfg_attr(not(feature = "zenoh"), expect(unused_variables, reason = "DDS has no use of it"))]
+    fn outlet_of(
+        &self,
+        topic: &str,
+        (type_name, definition): (&str, Option<&str>),
+        qos: &Qos,
+        gate: Gate,
+    ) -> Result<Outlet, ShellError> {
         let absolute = self.resolve(topic)?;
         let dds_type = names::dds_type_name(type_name)?;
         let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
@@ -226,7 +252,7 @@ impl Node {
             }
             #[cfg(feature = "zenoh")]
             Some(Link::Zenoh(node)) => {
-                let end = topic_end(&absolute, &dds_type, type_name, qos);
+                let end = topic_end(&absolute, &dds_type, (type_name, definition), qos);
                 let hash = end.hash.clone();
                 let make = || node.publisher(end).map(|(token, one)| Some((guid(&token), one)));
                 let made = self.graph.enter(id, place, make).map_err(failed)?;
@@ -250,9 +276,17 @@ impl Node {
 
 /// A topic as it is announced on Zenoh.
 #[cfg(feature = "zenoh")]
-fn topic_end(absolute: &str, dds_type: &str, type_name: &str, qos: &Qos) -> End {
-    let hash = msgs::schema_of(type_name)
-        .and_then(|schema| msgs::type_hash_of(type_name, &schema))
+fn topic_end(
+    absolute: &str,
+    dds_type: &str,
+    (type_name, definition): (&str, Option<&str>),
+    qos: &Qos,
+) -> End {
+    let hash_by = |schema: &str| msgs::type_hash_of(type_name, schema);
+    // A definition of ROS 1 gives none.
+    let hash = definition
+        .and_then(hash_by)
+        .or_else(|| msgs::schema_of(type_name).as_deref().and_then(hash_by))
         .unwrap_or_else(|| UNKNOWN_HASH.to_owned());
     End { name: absolute.to_owned(), dds_type: dds_type.to_owned(), hash, qos: *qos }
 }

@@ -28,7 +28,7 @@ use rosout_lines::RosoutLayer;
 /// logs every topic that it creates. On a machine without a default route the DDS library calls it an
 /// error, at its end, that there is no multicast group to leave.
 const QUIET_LIBRARIES: &str =
-    "rustdds=error,rustdds::network::udp_listener=off,ros2_client=error,mio=error";
+    "rustdds=error,rustdds::network::udp_listener=off,ros2_client=error,mio=error,zenoh=error";
 
 /// How grave a message is, by the names that ROS 2 has for it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

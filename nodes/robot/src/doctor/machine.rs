@@ -51,6 +51,10 @@ impl From<GrantedBuffer> for ReceiveBuffer {
 }
 
 impl ReceiveBuffer {
+    /// Of a stream, which carries messages of any size.
+    pub(crate) const OF_A_STREAM: Self =
+        Self { granted_bytes: usize::MAX, asked_bytes: usize::MAX, largest_safe_bytes: usize::MAX };
+
     /// The command that makes it larger.
     pub(crate) fn fix(&self) -> String {
         if self.granted_bytes < self.asked_bytes {

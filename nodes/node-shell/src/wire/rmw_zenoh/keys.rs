@@ -7,12 +7,14 @@ use std::fmt;
 
 use xxhash_rust::xxh3::xxh3_128;
 
+#[cfg(feature = "zenoh")]
 use super::PARTICIPANT_MARK;
 use crate::settings::qos::Qos;
 
 /// Under it the tokens of the graph stand.
 const TOKENS: &str = "@ros2_lv";
 /// The hash of a type whose definition is not known.
+#[cfg_attr(not(feature = "zenoh"), expect(dead_code, reason = "the names alone are tested then"))]
 pub(crate) const UNKNOWN_HASH: &str = "TypeHashNotSupported";
 /// What stands for a name that is empty, and for a slash within a name: a part of a key must not be empty.
 const SLASH: &str = "%";
@@ -73,6 +75,7 @@ pub(crate) struct NodePlace {
 
 impl NodePlace {
     /// The node's number for this process: as DDS has participants, by twelve bytes.
+    #[cfg(feature = "zenoh")]
     pub(crate) fn participant(&self) -> [u8; 12] {
         let hash = xxh3_128(format!("{}/{}", self.session, self.node_id).as_bytes()).to_le_bytes();
         let mut number = [0; 12];
@@ -106,6 +109,7 @@ pub(crate) struct Token {
 
 impl Token {
     /// The endpoint's number for this process: as DDS has names of endpoints, by sixteen bytes.
+    #[cfg(feature = "zenoh")]
     pub(crate) fn guid_bytes(&self) -> [u8; 16] {
         let mut bytes = [0; 16];
         let (participant, entity) = bytes.split_at_mut(12);

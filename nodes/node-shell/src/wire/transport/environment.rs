@@ -39,7 +39,7 @@ pub(super) fn read(
 ) -> Result<Transport, TransportError> {
     let read = |name| variable(name).map(|one| one.trim().to_owned()).filter(|one| !one.is_empty());
     let mut transport = Transport::in_domain(0);
-    transport.zenoh = settings::read(&read)?;
+    transport.zenoh = settings::read(read)?;
     if let Some(value) = read(DOMAIN) {
         transport.domain_id =
             value.parse().ok().filter(|domain| *domain <= ports::HIGHEST_DOMAIN).ok_or_else(

@@ -26,15 +26,15 @@ pub(crate) struct Listening {
     pub(crate) measure: bool,
 }
 
-/// Listens to the graph; returns what was observed, and the receive buffer that the kernel granted.
+/// Listens to the graph; returns what was observed, and the receive buffer that the kernel granted, which Zenoh has none of.
 pub(crate) async fn listen(
     transport: Transport,
     ros: &RosArguments,
     listening: Listening,
-) -> Result<(GraphView, GrantedBuffer), ShellError> {
+) -> Result<(GraphView, Option<GrantedBuffer>), ShellError> {
     let suite = SuiteTopics::resolve(ros)?;
     let node = Node::start_on(transport, NODE, ros)?;
-    let granted = node.granted_buffer().ok_or(ShellError::Closed);
+    let granted = node.granted_buffer();
     let seen = observe(&node, listening).await;
     let view = seen.map(|seen| GraphView {
         listened_s: seen.listened_s,
@@ -48,7 +48,7 @@ pub(crate) async fn listen(
         dropped: seen.dropped,
     });
     node.close().await;
-    Ok((view?, granted?))
+    Ok((view?, granted))
 }
 
 struct Seen {
