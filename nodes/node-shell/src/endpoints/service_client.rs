@@ -31,7 +31,7 @@ pub struct ServiceClient<S> {
 
 /// The client on the network.
 enum Asker {
-    Dds(Client<Body, Body>),
+    Dds(Box<Client<Body, Body>>),
     #[cfg(feature = "zenoh")]
     Zenoh(ZenohClient),
 }
@@ -131,7 +131,7 @@ impl<S: RosService> ServiceClient<S> {
                 qos,
             )
             .map_err(|error| failed(error.to_string()))?;
-        let ends = Some((Mutex::new(Asker::Dds(client)), graph.clone()));
+        let ends = Some((Mutex::new(Asker::Dds(Box::new(client))), graph.clone()));
         Ok(Self { name: name.to_owned(), ends, _service: PhantomData })
     }
 

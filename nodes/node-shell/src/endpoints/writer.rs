@@ -21,7 +21,7 @@ pub(crate) type MakeWriter = Box<dyn Fn() -> Result<LibraryWriter, String> + Sen
 pub(crate) enum Outside {
     Dds(Arc<Writer>),
     #[cfg(feature = "zenoh")]
-    Zenoh(ZenohPublisher),
+    Zenoh(Box<ZenohPublisher>),
 }
 
 impl Outside {

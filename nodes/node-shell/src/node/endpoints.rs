@@ -257,7 +257,7 @@ impl Node {
                 let make = || node.publisher(end).map(|(token, one)| Some((guid(&token), one)));
                 let made = self.graph.enter(id, place, make).map_err(failed)?;
                 self.graph.enter_hash(id, &hash);
-                made.map(writer::Outside::Zenoh)
+                made.map(|one| writer::Outside::Zenoh(Box::new(one)))
             }
         };
         Ok(Outlet {
