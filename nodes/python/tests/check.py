@@ -76,7 +76,7 @@ class TheMap(unittest.TestCase):
     def test_is_read_and_saved(self):
         read = stillmap.read_map(WRITTEN / "map.ply")
         np.testing.assert_array_equal(read.points, self.map.points)
-        self.assertIsNone(read.normals)
+        np.testing.assert_array_equal(read.normals, self.map.normals)
         with tempfile.TemporaryDirectory() as folder:
             for name in ("map.ply", "map.pcd"):
                 path = pathlib.Path(folder) / name
