@@ -72,16 +72,11 @@ impl Project for Pinhole {
         if near_m <= NEAREST_M {
             return Extent::Undecided;
         }
-        let (by_near, by_far) = (1.0 / near_m, 1.0 / far_m);
-        // The least slope of a box is at its near side where it is negative, and at its far side where it is positive.
-        let slopes = |middle: f32, half: f32| {
-            let (least, most) = (middle - half, middle + half);
-            let least = least * if least < 0.0 { by_near } else { by_far };
-            let most = most * if most > 0.0 { by_near } else { by_far };
-            [least, most]
-        };
-        let [left, right] = slopes(x, half_x).map(|slope| slope * self.fx_px + self.cx_px);
-        let [top, bottom] = slopes(y, half_y).map(|slope| slope * self.fy_px + self.cy_px);
+        let inverse = [1.0 / near_m, 1.0 / far_m];
+        let [left, right] =
+            slopes([x, half_x], inverse).map(|slope| slope * self.fx_px + self.cx_px);
+        let [top, bottom] =
+            slopes([y, half_y], inverse).map(|slope| slope * self.fy_px + self.cy_px);
         let Some((columns, is_cut_aside)) = pixels_between(left, right, self.width_px) else {
             return Extent::Outside;
         };
@@ -188,17 +183,11 @@ fn bounds_of(camera: &Pinhole, of: &CameraBoxes, bounds: &mut Bounds) {
     let (last_column, last_row) = (last(camera.width_px), last(camera.height_px));
     for lane in 0..LANES {
         let [near_m, far_m] = [z[lane] - half_z, z[lane] + half_z];
-        let (by_near, by_far) = (1.0 / near_m, 1.0 / far_m);
-        let slopes = |middle: f32, half: f32| {
-            let (least, most) = (middle - half, middle + half);
-            let least = least * if least < 0.0 { by_near } else { by_far };
-            let most = most * if most > 0.0 { by_near } else { by_far };
-            [least, most]
-        };
+        let inverse = [1.0 / near_m, 1.0 / far_m];
         let [left, right] =
-            slopes(x[lane], *half_x).map(|slope| slope * camera.fx_px + camera.cx_px);
+            slopes([x[lane], *half_x], inverse).map(|slope| slope * camera.fx_px + camera.cx_px);
         let [top, bottom] =
-            slopes(y[lane], *half_y).map(|slope| slope * camera.fy_px + camera.cy_px);
+            slopes([y[lane], *half_y], inverse).map(|slope| slope * camera.fy_px + camera.cy_px);
         let [left, right] = [left - ROUNDING_PX + 0.5, right + ROUNDING_PX + 0.5];
         let [top, bottom] = [top - ROUNDING_PX + 0.5, bottom + ROUNDING_PX + 0.5];
         bounds.near_m[lane] = near_m;
@@ -211,6 +200,16 @@ fn bounds_of(camera: &Pinhole, of: &CameraBoxes, bounds: &mut Bounds) {
         bounds.top[lane] = whole(top, last_row);
         bounds.bottom[lane] = whole(bottom, last_row);
     }
+}
+
+/// The least and the greatest slope of a box along an axis, by its centre, half its edge, and the inverse of its least and greatest
+/// depth: the least is at its near side where it is negative, and at its far side where it is positive.
+#[inline(always)]
+fn slopes([middle, half]: [f32; 2], [by_near, by_far]: [f32; 2]) -> [f32; 2] {
+    let (least, most) = (middle - half, middle + half);
+    let least = least * if least < 0.0 { by_near } else { by_far };
+    let most = most * if most > 0.0 { by_near } else { by_far };
+    [least, most]
 }
 
 /// `(value as u32).min(last)`, for a `last` below 4 million.
