@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The pages in Chromium: `test.sh DIR` writes report pages of made-up runs into DIR and tests them, with them DIR/demo.html, the report of the demo,
-# where it is there, and the live view of a made-up graph.
+# where it is there, and the live view of a made-up graph. `SLOW_FRAMES_MS=300 test.sh DIR` is the same on a machine whose frames take so
+# long: the tests pass on any.
 set -euo pipefail
 mkdir -p "$1"
 pages=$(cd "$1" && pwd)

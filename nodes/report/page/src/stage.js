@@ -1,4 +1,5 @@
-// Camera, controls and the loop of frames. Frames are drawn when something has changed, and not otherwise.
+// Camera, controls and the loop of frames. Frames are drawn when something has changed, and not otherwise: the canvas has `data-rests` where
+// the picture is whole and of what the page was told last.
 
 import { Box3, Matrix4, PerspectiveCamera, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -121,6 +122,7 @@ export class Stage {
 
   wake(moved) {
     this.moved ||= moved;
+    delete this.canvas.dataset.rests;
     this.frame ??= requestAnimationFrame((now_ms) => this.draw(now_ms));
   }
 
@@ -135,6 +137,9 @@ export class Stage {
     this.picture.draw(this.camera, moved || walks, now_ms);
     this.onframe(moved || walks);
     if (walks || this.moved || !this.picture.isComplete) this.wake(walks);
-    else this.last_ms = null;
+    else {
+      this.last_ms = null;
+      this.canvas.dataset.rests = "";
+    }
   }
 }

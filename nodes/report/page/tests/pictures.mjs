@@ -25,10 +25,8 @@ for (const page of pages) {
         await tab.waitForFunction(() => document.querySelector(".scene").dataset.moment > 0);
       } else if (await tab.locator("#viewer").count()) {
         await tab.waitForFunction(() => document.documentElement.dataset.viewer);
-        await tab.waitForFunction(() => {
-          const status = document.querySelector(".status");
-          return !status || status.dataset.drawn === status.dataset.total;
-        });
+        // A page without WebGL has no canvas.
+        await tab.waitForFunction(() => !document.querySelector("canvas.scene:not([data-rests])"));
       }
       const name = (part) => join(folder, `${isLive ? "live" : basename(page, ".html")}-${width}-${colorScheme}-${part}.png`);
       await tab.screenshot({ path: name("top") });
