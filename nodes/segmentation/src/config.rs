@@ -70,13 +70,18 @@ impl SegmentationConfig {
 }
 
 impl FreeSpaceConfig {
+    /// The most blocks of evidence that one image updates, which bounds the time of a cycle however many are kept.
+    pub(crate) fn max_evidence_blocks_per_image(&self) -> usize {
+        self.max_evidence_blocks.min(OccupancyConfig::default().max_blocks_per_image)
+    }
+
     /// The parameters of the evidence, with voxels of an edge.
     pub(crate) fn occupancy(&self, edge_m: f64) -> OccupancyConfig {
         OccupancyConfig {
             edge_m,
             reach_m: self.evidence_reach_m,
             max_blocks: self.max_evidence_blocks,
-            max_blocks_per_image: self.max_evidence_blocks,
+            max_blocks_per_image: self.max_evidence_blocks_per_image(),
         }
     }
 }

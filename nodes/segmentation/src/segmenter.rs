@@ -159,7 +159,7 @@ impl Segmenter {
     }
 
     /// Whether all that the last cycle's image showed has joined the evidence. Otherwise the view has more blocks than
-    /// `max_evidence_blocks`, and what moves is not found everywhere.
+    /// `max_evidence_blocks`, or than the 30,000 that an image may update, and what moves is not found everywhere.
     #[must_use]
     pub fn evidence_is_whole(&self) -> bool {
         match &self.implementation {

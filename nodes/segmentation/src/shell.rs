@@ -268,14 +268,18 @@ impl Stage {
         if self.config.pipeline.method != Method::FreeSpace {
             return;
         }
-        let most = self.config.free_space.max_evidence_blocks;
+        let free_space = &self.config.free_space;
+        let most = free_space.max_evidence_blocks;
         self.counters.note_fill("evidence blocks", self.segmenter.evidence_blocks(), most);
         let lack = if !has_depth {
             Some("has no depth image: nothing is observed free".to_owned())
         } else if !self.segmenter.evidence_is_whole() {
+            let of_image = free_space.max_evidence_blocks_per_image();
+            // More than an image may update would not be used.
+            let more = if of_image == most { "raise max_evidence_blocks or" } else { "raise" };
             Some(format!(
-                "shows more than the {most} blocks of max_evidence_blocks: free space is observed in a part of the view; raise \
-                 it or voxel_edge_m, or lower evidence_reach_m"
+                "shows more than {of_image} blocks of evidence: free space is observed in a part of the view; {more} voxel_edge_m, \
+                 or lower evidence_reach_m"
             ))
         } else {
             None

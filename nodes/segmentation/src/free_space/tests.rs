@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use estimation::Random;
+use geometry::PipelineConfig;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use self::room::{
@@ -307,6 +308,22 @@ fn a_view_of_more_blocks_than_the_bound_is_not_whole() {
         assert_eq!(segmenter.evidence_is_whole(), is_whole, "{max_evidence_blocks}");
         assert!(segmenter.evidence_blocks() <= max_evidence_blocks);
     }
+}
+
+/// What an image costs is bounded by what it may update, not by what is kept.
+#[test]
+fn a_large_memory_does_not_make_a_cycle_long() {
+    let max_evidence_blocks = 10_000_000;
+    let pipeline = PipelineConfig { voxel_edge_m: 0.01, ..PipelineConfig::default() };
+    let free_space = FreeSpaceConfig { max_evidence_blocks, ..FreeSpaceConfig::default() };
+    let mut segmenter = Segmenter::new(SegmentationConfig { pipeline, free_space }).unwrap();
+    let mut random = Random::new(1);
+    let view = look(&furnished(), 0, &rig_at(0.0, 0.0, 0.0), Isometry3::identity(), &mut random);
+    segmenter.step(&view.cycle, |_| ()).unwrap();
+    assert!(!segmenter.evidence_is_whole());
+    // The points of the cloud, which is reduced before, come with it.
+    let points = view.cycle.reduced_cloud.points_m.len();
+    assert!(segmenter.evidence_blocks() <= 30_000 + points, "{}", segmenter.evidence_blocks());
 }
 
 #[test]
