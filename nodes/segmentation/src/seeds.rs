@@ -17,6 +17,10 @@ const SCAN_BAND_M: f64 = 0.25;
 const RANGE_TOLERANCE_CELLS: f64 = 1.5;
 /// A body is wider above or below the scanner's plane by so much at each side: the arms, the foot of a pole.
 const ASIDE_M: f64 = 0.3;
+/// Around the box in which an object is expected points of it are looked for within so many edges of the voxels ...
+const SEEDS_WITHIN_EDGES: f64 = 1.0;
+/// ... and a part of it that stands in the unknown ends within these, or it is none: limbs swing.
+const PARTS_WITHIN_EDGES: f64 = 2.0;
 /// With so many newly occupied points in a zone, the others are left to the growth.
 const MIN_NEWLY_OCCUPIED: usize = 3;
 
@@ -58,7 +62,8 @@ pub fn seeds_of(
         }
     }
     for expected in expected {
-        for point in seeds_of_object(expected, &points.in_map, classes, cycle.setup.voxel_edge_m) {
+        let edge_m = cycle.setup.voxel_edge_m;
+        for point in seeds_of_object(expected, (&points.in_map, classes), candidates, edge_m) {
             is_seed[point] = true;
         }
     }
@@ -74,23 +79,38 @@ pub fn seeds_of(
     Seeds { points, is_of_zone, in_zone }
 }
 
-/// The points of an object where it is expected: what was not there before; and what stands in places of which nothing is known, if
-/// it was seen in the last cycle: a leg at the border of the image, whose body is hidden, has nothing to grow from, and stayed in the
-/// map, since a camera that turns away does not see behind it. What an object uncovers is taken with it, until it goes on, or is found
-/// to stand there alone ([`crate::tracking`]).
+/// The points of an object where it is expected: what was not there before; and, if it was seen in the last cycle, what stands as a
+/// whole in places of which nothing is known: a leg at the border of the image, whose body is hidden, has nothing to grow from, and
+/// stayed in the map, since a camera that turns away does not see behind it. A surface that goes on beyond the object is none of its
+/// parts: a wall that comes into view beside it. What an object uncovers is taken with it, until it goes on, or is found to stand there
+/// alone ([`crate::tracking`]).
 fn seeds_of_object(
     expected: &Prediction,
-    points_in_map: &[Point3<f64>],
-    classes: &[PointClass],
+    (points_in_map, classes): (&[Point3<f64>], &[PointClass]),
+    candidates: &Candidates<'_>,
     voxel_edge_m: f64,
 ) -> Vec<usize> {
-    let half_m = expected.half_extent_m + Vector3::repeat(voxel_edge_m);
-    let may_be_it = |point: &usize| {
-        let is_unknown = classes[*point] == PointClass::Unknown;
-        let may = classes[*point].is_newly_occupied() || (expected.was_seen && is_unknown);
-        may && (points_in_map[*point] - expected.centre_m).abs() <= half_m
+    let is_within = |point: usize, margin_in_edges: f64| {
+        let half_m = expected.half_extent_m + Vector3::repeat(margin_in_edges * voxel_edge_m);
+        (points_in_map[point] - expected.centre_m).abs() <= half_m
     };
-    (0..classes.len()).filter(may_be_it).collect()
+    let is_unknown = |point: usize| classes[point] == PointClass::Unknown;
+    let (mut seeds, mut unknown) = (Vec::new(), Vec::new());
+    for point in (0..classes.len()).filter(|point| is_within(*point, SEEDS_WITHIN_EDGES)) {
+        if classes[point].is_newly_occupied() {
+            seeds.push(point);
+        } else if expected.was_seen && is_unknown(point) {
+            unknown.push(point);
+        }
+    }
+    // As far as it takes to see that a group goes on: points of voxels that touch are less than two edges apart.
+    let far_edges = PARTS_WITHIN_EDGES + 2.0;
+    let groups =
+        candidates.grown_from(&unknown, |point| is_unknown(point) && is_within(point, far_edges));
+    let ends_there =
+        |group: &Vec<usize>| group.iter().all(|point| is_within(*point, PARTS_WITHIN_EDGES));
+    seeds.extend(groups.into_iter().filter(ends_there).flatten());
+    seeds
 }
 
 /// The points of a zone that the moving returns are of.
@@ -171,7 +191,48 @@ fn groups_in_free_space(classes: &[PointClass], candidates: &Candidates<'_>) -> 
 
 #[cfg(test)]
 mod tests {
+    use geometry::VoxelGrid;
+
     use super::*;
+
+    const EDGE_M: f64 = 0.08;
+
+    /// The seeds of an object that is expected around (3.0, 0.0, 0.9), 0.4 m by 0.6 m by 1.8 m.
+    fn seeds_among(
+        points_in_map: &[Point3<f64>],
+        classes: &[PointClass],
+        was_seen: bool,
+    ) -> Vec<usize> {
+        let expected = Prediction {
+            centre_m: Point3::new(3.0, 0.0, 0.9),
+            half_extent_m: Vector3::new(0.2, 0.3, 0.9),
+            was_seen,
+        };
+        let grid = VoxelGrid::new(EDGE_M).unwrap();
+        let voxels: Vec<_> = points_in_map.iter().map(|point| grid.key(point)).collect();
+        let candidates = Candidates::new(classes, &voxels);
+        seeds_of_object(&expected, (points_in_map, classes), &candidates, EDGE_M)
+    }
+
+    /// Regression: with poses that drift, a wall that came into view beside a person who was followed was taken for him, more of it in
+    /// each image: a sixth of a corridor's points.
+    #[test]
+    fn a_wall_that_comes_into_view_beside_an_object_is_none_of_it() {
+        use PointClass::{InFreeSpace, Unknown};
+        // The object in the middle, and a wall 0.16 m beside it that goes on from there.
+        let beside = |column: u32| Point3::new(2.9 + EDGE_M * f64::from(column), 0.16, 0.9);
+        let of_length = |columns: u32| {
+            let wall = (0..columns).map(beside);
+            let points: Vec<_> = [Point3::new(3.0, 0.0, 0.9)].into_iter().chain(wall).collect();
+            let mut classes = vec![Unknown; points.len()];
+            classes[0] = InFreeSpace;
+            seeds_among(&points, &classes, true)
+        };
+        // A part of the object ends with the sixth column.
+        assert_eq!(of_length(20), [0]);
+        assert_eq!(of_length(7), [0]);
+        assert_eq!(of_length(6), [0, 1, 2, 3, 4, 5, 6]);
+    }
 
     /// Regression: a leg at the border of the image, apart from the body, stayed in the map.
     #[test]
@@ -181,12 +242,10 @@ mod tests {
         let points_in_map =
             [[3.0, 0.0, 0.3], [3.0, 0.0, 1.2], [3.4, 0.0, 1.0], [3.0, 2.0, 0.3]].map(Point3::from);
         let seeds = |body: PointClass, was_seen: bool| {
-            let expected = Prediction {
-                centre_m: Point3::new(3.0, 0.0, 0.9),
-                half_extent_m: Vector3::new(0.2, 0.3, 0.9),
-                was_seen,
-            };
-            seeds_of_object(&expected, &points_in_map, &[Unknown, body, Background, Unknown], 0.08)
+            let classes = [Unknown, body, Background, Unknown];
+            let mut seeds = seeds_among(&points_in_map, &classes, was_seen);
+            seeds.sort_unstable();
+            seeds
         };
         assert_eq!(seeds(InFreeSpace, true), [0, 1]);
         assert_eq!(seeds(Unknown, true), [0, 1]);

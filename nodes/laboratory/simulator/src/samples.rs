@@ -7,13 +7,11 @@ use std::sync::Arc;
 
 use estimation::{Executor, Serial};
 use geometry::{CameraModel, DepthImage, LabelImage, Scan, Stamp, StampedPose};
-use nalgebra::{Isometry3, Vector3};
 
 use crate::colour_image::ColourSensor;
 use crate::depth_image::{Canvas, Sensor};
 use crate::imu::ImuReader;
 use crate::lidar::LidarView;
-use crate::noise::{FrameNoise, Stream};
 use crate::solid::Solid;
 use crate::still::StillSolids;
 use crate::velodyne::VelodyneView;
@@ -157,12 +155,7 @@ impl Samples {
 
     fn pose(&self, frame: u64, time_s: f64) -> StampedPose {
         let source = &self.scenario.rig.pose_source;
-        let noise = FrameNoise::new(self.scenario.seed, Stream::Pose, frame);
-        let error = |first: usize, std_dev: f64| {
-            Vector3::from_fn(|axis, _| std_dev * f64::from(noise.draw(first + axis).normal()))
-        };
-        let rig_from_noisy_rig =
-            Isometry3::new(error(0, source.position_noise_m), error(3, source.rotation_noise_rad));
+        let rig_from_noisy_rig = source.rig_from_published_rig(self.scenario.seed, frame);
         let truth = self.true_pose(self.scenario.start.plus_seconds(time_s), time_s);
         StampedPose { map_from_rig: truth.map_from_rig * rig_from_noisy_rig, ..truth }
     }

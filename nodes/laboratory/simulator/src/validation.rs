@@ -92,6 +92,8 @@ fn missing(file: &Option<String>) -> String {
 const MAX_DURATION_S: f64 = 86_400.0;
 /// The fastest sensor.
 const MAX_RATE_HZ: f64 = 1000.0;
+/// The errors of so long ago are summed for each pose.
+const MAX_NOISE_TIME_S: f64 = 60.0;
 /// The largest length, so that nothing overflows in 32-bit floats.
 const MAX_LENGTH_M: f64 = 1e6;
 
@@ -131,7 +133,9 @@ impl Scenario {
         let source = &self.rig.pose_source;
         rate("pose_source.rate_hz", source.rate_hz)?;
         not_negative("pose_source.position_noise_m", source.position_noise_m)?;
-        not_negative("pose_source.rotation_noise_rad", source.rotation_noise_rad)
+        not_negative("pose_source.rotation_noise_rad", source.rotation_noise_rad)?;
+        let holds = |time_s: f64| (0.0..=MAX_NOISE_TIME_S).contains(&time_s);
+        number("pose_source.noise_time_s", source.noise_time_s, holds, "0 to 60")
     }
 }
 
