@@ -203,6 +203,7 @@ pub fn run_bag(
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
     let grid_file = parameters.wants_grid().then(|| folder.grid_file()).transpose()?;
+    let map_file = folder.node_map_file()?;
     let grid_before = folder.grid_saved_at();
     let mesh_file = how.mesh.map(|form| folder.mesh_file(form)).transpose()?;
     let mesh_before = how.mesh.and_then(|form| folder.mesh_saved_at(form));
@@ -220,6 +221,7 @@ pub fn run_bag(
                     bag_name: &bag_name,
                     rate: how.rate,
                     parameters: folder.parameters(),
+                    map_file: &map_file,
                     grid_file: grid_file.as_deref(),
                     mesh_file: mesh_file.as_deref(),
                 };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, OrientedPoints, pcd, ply};
+use geometry::{CameraModel, DepthImage, DepthPixels, Distortion};
 use msgs::convert;
 
 use crate::bags::{bag_of, pose, scan, small_room, ten_stamps, with_organised_clouds};
@@ -25,21 +25,6 @@ pub(crate) fn files_of(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         }
     }
     files
-}
-
-/// Whether a file of a local run is that of a run over DDS: byte for byte, but that a map over DDS comes as a cloud, which has no
-/// normals.
-pub(crate) fn is_same_over_dds(name: &str, local: &[u8], dds: &[u8]) -> bool {
-    let decode = match name {
-        "map.ply" => ply::decode_with_normals,
-        "map.pcd" => pcd::decode_with_normals,
-        _ => return local == dds,
-    };
-    let (local_map, dds_map) = (decode(local).unwrap(), decode(dds).unwrap());
-    let views = |bytes: &[u8]| (name == "map.ply").then(|| ply::views_of(bytes).unwrap());
-    dds_map.normals.is_empty()
-        && OrientedPoints { normals: Vec::new(), ..local_map } == dds_map
-        && views(local) == views(dds)
 }
 
 #[test]

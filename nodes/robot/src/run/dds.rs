@@ -10,11 +10,9 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use geometry::{ColouredCloud, OrientedPoints};
+use geometry::{ColouredCloud, OrientedPoints, ply};
 use msgs::geometry_msgs::PoseStamped;
-use node_shell::{
-    EVERY_CYCLE, Node, Qos, RAISE_RECEIVE_BUFFER, RosArguments, ShellError, Subscription,
-};
+use node_shell::{EVERY_CYCLE, Node, Qos, RosArguments, ShellError, Subscription};
 use reconstruction::BoundReached;
 use report::{RunRecord, Transport};
 
@@ -37,6 +35,8 @@ use crate::visual;
 /// When the player has ended and nothing was received for this long, nothing more will arrive: it is longer
 /// than detection waits for the rest of a cycle.
 const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+/// A period that no run lasts for, within the range of the parameter: the node saves its files when it ends.
+const NEVER_S: f64 = 1e9;
 /// How often the processes are checked while nothing is received.
 const POLL_PERIOD: Duration = Duration::from_millis(50);
 
@@ -64,6 +64,8 @@ pub(crate) struct Playback<'a> {
     pub(crate) rate: f64,
     /// The parameters of the nodes.
     pub(crate) parameters: &'a Path,
+    /// Where the node of the map saves that when it ends: a `.ply` file that does not exist yet.
+    pub(crate) map_file: &'a Path,
     /// Where the node of the map saves the occupancy grid, if there is to be one.
     pub(crate) grid_file: Option<&'a Path>,
     /// Where it saves the triangles, if there are to be some.
@@ -120,12 +122,16 @@ pub(crate) fn run(
                 }
                 Stage::Segmentation => Vec::new(),
                 Stage::Reconstruction => {
-                    let files =
-                        [("grid_file", playback.grid_file), ("mesh_file", playback.mesh_file)];
+                    let files = [
+                        ("map_file", Some(playback.map_file)),
+                        ("grid_file", playback.grid_file),
+                        ("mesh_file", playback.mesh_file),
+                    ];
                     let named = |(name, file): (_, Option<&Path>)| {
                         file.map(|file| (name, file.display().to_string()))
                     };
-                    files.into_iter().filter_map(named).collect()
+                    let at_the_end = ("map_save_period_s", format!("{NEVER_S:?}"));
+                    files.into_iter().filter_map(named).chain([at_the_end]).collect()
                 }
             };
             run.start_node(stage.name(), &overrides, playback.parameters)?;
@@ -346,27 +352,33 @@ impl Run {
             }
         }
         let CollectedState { map, last_cloud, .. } = collector.close().await;
-        if map.as_ref().map(|(stamp, _)| *stamp) != last_cloud
-            && failure.is_none()
-            && !is_interrupted
-        {
-            failure = Some(
-                Failure::new("the last map was not received: the one that is written is older")
-                    .fix(format!(
-                        "a large map needs a larger receive buffer: `{RAISE_RECEIVE_BUFFER}`"
-                    )),
-            );
-        }
         let name = RunName {
             bag_name: playback.bag_name.to_owned(),
             transport: Transport::Dds,
             map_frame_id: recorder.map_frame_id(),
         };
-        let ColouredCloud { cloud, colours } = map.map(|(_, map)| map).unwrap_or_default();
-        let normals = Vec::new();
-        let map = OrientedPoints { points_m: cloud.points_m, normals, colours };
+        let has_last_map = map.as_ref().map(|(stamp, _)| *stamp) == last_cloud;
+        let map = match saved_map(playback.map_file) {
+            Ok(saved) => saved,
+            // The node has ended before it saved: what it has published last is left.
+            Err(unread) => {
+                if failure.is_none() && !is_interrupted && !has_last_map {
+                    failure = Some(Failure::new(format!(
+                        "the map that is written is not the last one: reconstruction has not saved it ({unread})"
+                    )));
+                }
+                let ColouredCloud { cloud, colours } = map.map(|(_, map)| map).unwrap_or_default();
+                OrientedPoints { points_m: cloud.points_m, normals: Vec::new(), colours }
+            }
+        };
         let (blind_scans, bounds_reached) = (recorder.blind_scans(), recorder.bounds_reached());
         let record = recorder.finish(map, name);
         Ok(DdsRun { record, blind_scans, bounds_reached, lost, poses, failure, is_interrupted })
     }
+}
+
+/// The map that its node has saved: unlike the cloud that it publishes it has normals, and it arrives whatever its size.
+fn saved_map(path: &Path) -> Result<OrientedPoints, String> {
+    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
+    ply::decode_with_normals(&bytes).map_err(|error| error.to_string())
 }

@@ -19,6 +19,9 @@ const DYNAMIC_FOLDER: &str = "dynamic";
 /// The parameters of the run, in the form that the nodes read.
 const PARAMETERS: &str = "parameters.yaml";
 
+/// The map as its node saves it in a run over DDS, until it is read.
+const NODE_MAP: &str = "node_map.part.ply";
+
 /// The page of the run.
 pub(super) const REPORT: &str = "report.html";
 
@@ -144,6 +147,13 @@ impl OutputFolder {
         self.write_file(REPORT, report.as_bytes())
     }
 
+    /// Where the node of the map saves it, for another process: a file that does not exist.
+    pub(super) fn node_map_file(&self) -> Result<PathBuf, Failure> {
+        self.remove_file(NODE_MAP)?;
+        let file = self.path.join(NODE_MAP);
+        std::path::absolute(&file).map_err(|error| cannot_write(&file, &error))
+    }
+
     /// Where the occupancy grid goes, for another process.
     pub(super) fn grid_file(&self) -> Result<PathBuf, Failure> {
         let file = self.path.join(GRID);
@@ -221,6 +231,7 @@ impl Drop for OutputFolder {
     fn drop(&mut self) {
         // If there are results, these do not exist or are not empty, and stay.
         let _ = fs::remove_file(&self.parameters);
+        let _ = fs::remove_file(self.path.join(NODE_MAP));
         let _ = fs::remove_dir(self.path.join(DYNAMIC_FOLDER));
         if self.is_new {
             let _ = fs::remove_dir(&self.path);
