@@ -25,7 +25,8 @@ pub use map_file::read as read_grid;
 The scene is named as for `stillmap simulate`. A cell is right where the grid says occupied and a body of the scene reaches into
 the cell between the heights, or the grid says free and none does; unknown cells are neither. A phantom is an occupied cell
 with no body in it or in one of the eight cells around it. In sight are the free cells that sensor can see from where the rig was,
-by the plan: of the depth camera up to 5 m, with --scan of the scanner up to 8 m.")]
+by the plan: of the depth camera up to 5 m, with --scan of the scanner up to 8 m. Known cells that are neither in sight nor in a body
+are behind something or too far; without them the share that is right is `to be seen`.")]
 pub struct GridArgs {
     /// The YAML file of the grid, as map_saver writes it
     grid: PathBuf,
@@ -89,6 +90,11 @@ fn print(score: &GridScore) -> Result<(), Failure> {
         "right          {} ({} where borders may be a cell off)",
         percent(score.right),
         percent(score.right_to_a_cell)
+    ))?;
+    console::print(format_args!(
+        "to be seen     {} of the {} cells that are in sight or in a body are right",
+        percent(score.right_to_be_seen),
+        score.known_to_be_seen
     ))?;
     console::print(format_args!(
         "wrong          {} free in a body, {} occupied beside one, {} phantoms",

@@ -21,6 +21,10 @@ pub(super) struct GridScore {
     pub(super) right: f64,
     /// The same where a cell is right if one of the eight around it would be.
     pub(super) right_to_a_cell: f64,
+    /// The known cells that are in sight or of a body, and the share of them that is right. Others are behind something or too far:
+    /// what is there no sensor of the rig can tell.
+    pub(super) known_to_be_seen: usize,
+    pub(super) right_to_be_seen: f64,
     pub(super) free_in_body: usize,
     pub(super) occupied_beside_body: usize,
     pub(super) phantoms: usize,
@@ -32,6 +36,7 @@ pub(super) struct GridScore {
 /// Compares a grid with the plan of the same cells.
 pub(super) fn score(grid: &OccupancyGrid, plan: &OccupancyGrid, in_sight: &[bool]) -> GridScore {
     let (mut right, mut near, mut phantoms, mut beside, mut in_body) = (0, 0, 0, 0, 0);
+    let (mut to_be_seen, mut right_to_be_seen) = (0, 0);
     for (index, (cell, truth)) in grid.cells.iter().zip(&plan.cells).enumerate() {
         if *cell == GridCell::Unknown {
             continue;
@@ -39,6 +44,10 @@ pub(super) fn score(grid: &OccupancyGrid, plan: &OccupancyGrid, in_sight: &[bool
         let is_near = is_around(plan, index, *cell);
         right += usize::from(cell == truth);
         near += usize::from(cell == truth || is_near);
+        if *truth == GridCell::Occupied || in_sight.get(index).copied().unwrap_or_default() {
+            to_be_seen += 1;
+            right_to_be_seen += usize::from(cell == truth);
+        }
         if cell != truth {
             match (cell, is_near) {
                 (GridCell::Free, _) => in_body += 1,
@@ -60,6 +69,8 @@ pub(super) fn score(grid: &OccupancyGrid, plan: &OccupancyGrid, in_sight: &[bool
         occupied,
         right: share(right, free + occupied),
         right_to_a_cell: share(near, free + occupied),
+        known_to_be_seen: to_be_seen,
+        right_to_be_seen: share(right_to_be_seen, to_be_seen),
         free_in_body: in_body,
         occupied_beside_body: beside,
         phantoms,

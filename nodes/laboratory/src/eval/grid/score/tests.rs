@@ -36,8 +36,22 @@ fn each_kind_of_wrong_cell_is_counted_as_what_it_is() {
     assert!((score.right - 20.0 / 23.0).abs() < 1e-12, "{score:?}");
     // The gap has free cells beside it, the thick wall occupied ones; the phantom has none.
     assert!((score.right_to_a_cell - 22.0 / 23.0).abs() < 1e-12, "{score:?}");
-    assert_eq!(score.in_sight, 25);
+    assert!((score.right_to_be_seen - 20.0 / 23.0).abs() < 1e-12, "{score:?}");
+    assert_eq!((score.in_sight, score.known_to_be_seen), (25, 23));
     assert!((score.unknown_in_sight - 2.0 / 25.0).abs() < 1e-12);
+}
+
+#[test]
+fn what_nobody_can_see_is_told_apart() {
+    // A top in the second column reaches into the third one, which it hides; the wall in the fifth is missed in one row.
+    let plan = grid(&[".#..#", ".#..#"]);
+    let measured = grid(&[".##.#", ".##.."]);
+    let is_before_the_top = [0, 5];
+    let in_sight: Vec<bool> = (0..10).map(|cell| is_before_the_top.contains(&cell)).collect();
+    let score = score(&measured, &plan, &in_sight);
+    assert!((score.right - 7.0 / 10.0).abs() < 1e-12, "{score:?}");
+    assert_eq!(score.known_to_be_seen, 6);
+    assert!((score.right_to_be_seen - 5.0 / 6.0).abs() < 1e-12, "{score:?}");
 }
 
 #[test]
