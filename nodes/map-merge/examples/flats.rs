@@ -8,6 +8,8 @@
 
 #[path = "../tests/flats/mapping.rs"]
 mod mapping;
+#[path = "flats/missed.rs"]
+mod missed;
 
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -131,6 +133,12 @@ fn report(
                     score.changed_and_seen
                 )
             });
+            if what == "again" {
+                println!("    gone:");
+                missed::print(a, b, &merge.changes.gone);
+                println!("    added:");
+                missed::print(b, a, &merge.changes.added);
+            }
             if let Some(folder) = folder {
                 std::fs::create_dir_all(folder).unwrap();
                 let write = |name: &str, map: &SavedMap| {

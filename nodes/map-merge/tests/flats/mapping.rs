@@ -16,6 +16,17 @@ pub(crate) struct Visit {
     images: Vec<(DepthFrame, Isometry3<f64>)>,
 }
 
+/// What the camera of a visit saw of a place.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(crate) enum Look {
+    /// It was never in an image, or nearer or farther than is measured.
+    Never,
+    /// Something was before it, or nothing was measured there.
+    Hidden,
+    /// Something was measured clearly behind it.
+    Through,
+}
+
 /// How a flat is mapped.
 #[derive(Clone, Copy)]
 pub(crate) struct Mapping {
@@ -82,36 +93,50 @@ impl Visit {
         self.map_from_room.inverse() * point_m.cast::<f64>()
     }
 
-    /// Whether a camera measured something clearly behind a place of the room.
-    fn saw_through(&self, in_room_m: &Point3<f64>) -> bool {
-        self.images.iter().any(|(frame, room_from_camera)| {
+    /// The most that an image of the visit says of a place of the room.
+    pub(crate) fn look_at(&self, in_room_m: &Point3<f64>) -> Look {
+        let looks = self.images.iter().map(|(frame, room_from_camera)| {
             let in_camera = room_from_camera.inverse() * in_room_m;
             let pixel = Some(in_camera)
                 .filter(|point| (0.5..6.0).contains(&point.z))
-                .and_then(|point| frame.camera().project(&point));
-            let depth_m = pixel.and_then(|pixel| {
-                frame.image().depth_m(pixel.x.round() as usize, pixel.y.round() as usize)
-            });
-            depth_m.is_some_and(|depth_m| f64::from(depth_m) > in_camera.z + 0.1)
-        })
+                .and_then(|point| frame.camera().project(&point))
+                .map(|pixel| [pixel.x.round(), pixel.y.round()]);
+            let image = frame.image();
+            let is_inside = |[x, y]: &[f64; 2]| {
+                (0.0..image.width_px() as f64).contains(x)
+                    && (0.0..image.height_px() as f64).contains(y)
+            };
+            let Some([x, y]) = pixel.filter(is_inside) else { return Look::Never };
+            let depth_m = image.depth_m(x as usize, y as usize);
+            let is_behind = depth_m.is_some_and(|depth_m| f64::from(depth_m) > in_camera.z + 0.1);
+            if is_behind { Look::Through } else { Look::Hidden }
+        });
+        looks.max().unwrap_or(Look::Never)
     }
 
     /// The pieces of furniture that another visit did not see in the same place.
-    fn pieces_not_in<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a Piece> {
+    pub(crate) fn pieces_not_in<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a Piece> {
         self.home.furniture.iter().filter(|piece| !other.home.furniture.contains(piece))
+    }
+
+    /// What stands in the same place at another visit.
+    pub(crate) fn bodies_also_in<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = &'a Body> {
+        let furniture = self.home.furniture.iter();
+        let stayed = furniture.filter(|piece| other.home.furniture.contains(piece));
+        self.home.shell.iter().chain(stayed.flat_map(|piece| &piece.bodies))
     }
 }
 
-/// How far a point is from the surface of a body.
-fn distance_m(body: &Body, in_room_m: &Point3<f64>) -> f64 {
+/// How far a point is from the surface of a body; negative inside of it.
+pub(crate) fn signed_distance_m(body: &Body, in_room_m: &Point3<f64>) -> f64 {
     let point = pose_from_vector(&body.pose).inverse() * in_room_m;
     let of_box = |outside: nalgebra::Vector3<f64>| {
         let beyond = outside.map(|side| side.max(0.0)).norm();
-        (beyond + outside.max().min(0.0)).abs()
+        beyond + outside.max().min(0.0)
     };
     match body.shape {
         Shape::Box { size_m } => of_box(point.coords.abs() - nalgebra::Vector3::from(size_m) / 2.0),
-        Shape::Sphere { radius_m } => (point.coords.norm() - radius_m).abs(),
+        Shape::Sphere { radius_m } => point.coords.norm() - radius_m,
         Shape::Cylinder { radius_m, height_m } => of_box(nalgebra::Vector3::new(
             point.coords.xy().norm() - radius_m,
             point.z.abs() - height_m / 2.0,
@@ -121,8 +146,8 @@ fn distance_m(body: &Body, in_room_m: &Point3<f64>) -> f64 {
     }
 }
 
-fn nearest_m<'a>(bodies: impl Iterator<Item = &'a Body>, point: &Point3<f64>) -> f64 {
-    bodies.map(|body| distance_m(body, point)).fold(f64::INFINITY, f64::min)
+pub(crate) fn nearest_m<'a>(bodies: impl Iterator<Item = &'a Body>, point: &Point3<f64>) -> f64 {
+    bodies.map(|body| signed_distance_m(body, point).abs()).fold(f64::INFINITY, f64::min)
 }
 
 /// How well a change is found.
@@ -153,18 +178,7 @@ impl Score {
 /// Scores the groups of points of `own` that were found not to be in `other`.
 pub(crate) fn score(own: &Visit, other: &Visit, groups: &[Group]) -> Score {
     let moved: Vec<&Body> = own.pieces_not_in(other).flat_map(|piece| &piece.bodies).collect();
-    let rest: Vec<&Body> = own
-        .home
-        .shell
-        .iter()
-        .chain(
-            own.home
-                .furniture
-                .iter()
-                .filter(|piece| other.home.furniture.contains(piece))
-                .flat_map(|piece| &piece.bodies),
-        )
-        .collect();
+    let rest: Vec<&Body> = own.bodies_also_in(other).collect();
     let there: Vec<Body> = other.home.scene().bodies;
     let mut is_found = vec![false; own.map.points.points_m.len()];
     groups.iter().flat_map(|group| &group.points).for_each(|index| is_found[*index] = true);
@@ -175,7 +189,7 @@ pub(crate) fn score(own: &Visit, other: &Visit, groups: &[Group]) -> Score {
         let is_moved = of_moved_m < nearest_m(rest.iter().copied(), &point);
         // What comes to lie upon something of the other visit is no change of a map.
         let is_changed = is_moved && nearest_m(there.iter(), &point) > own.map.edge_m;
-        let is_seen = is_changed && other.saw_through(&point);
+        let is_seen = is_changed && other.look_at(&point) == Look::Through;
         score.changed += usize::from(is_changed);
         score.changed_and_seen += usize::from(is_seen);
         score.found += usize::from(is_found);
