@@ -64,7 +64,7 @@ pub use lidar_cloud::{
 };
 pub use map_path::{map_path_from_message, message_from_map_path};
 pub use marker::markers_from_tracks;
-pub use mesh_markers::markers_from_mesh;
+pub use mesh_markers::{markers_from_mesh, mesh_from_markers};
 pub use occupancy_grid::{message_from_grid, update_of_grid};
 pub use picture::{JpegQuality, JpegQualityError};
 pub use pose::{

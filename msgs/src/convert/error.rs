@@ -36,6 +36,20 @@ pub enum ConvertError {
         /// How many.
         frames: usize,
     },
+    /// A marker of a mesh is no list of triangles of a block.
+    #[error(
+        "MarkerArray: the marker {id} of {ns:?} with {points} points and {colours} colours is no block of a mesh"
+    )]
+    MeshMarker {
+        /// Its namespace.
+        ns: String,
+        /// Its number.
+        id: i32,
+        /// Its points.
+        points: usize,
+        /// Its colours.
+        colours: usize,
+    },
     /// A depth image and its camera are not of each other.
     #[error("DepthFrame: {0}")]
     DepthFrame(#[from] geometry::DepthFrameError),

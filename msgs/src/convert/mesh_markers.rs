@@ -1,8 +1,10 @@
 //! Markers: what a viewer draws of the map's triangles.
 
 use geometry::{MeshPiece, MeshUpdate, TriangleMesh};
+use nalgebra::Point3;
 
 use super::pose::header_of;
+use super::{ConvertError, stamp_from_time};
 use crate::geometry_msgs::{Point, Pose, Vector3};
 use crate::std_msgs::{ColorRGBA, Header};
 use crate::visualization_msgs::{Marker, MarkerArray};
@@ -69,6 +71,73 @@ fn name(block: [i32; 3]) -> (String, i32) {
     (ns, id)
 }
 
+/// What [`markers_from_mesh`] has made markers of, but that each corner of a triangle is a vertex of its own, without a normal.
+///
+/// # Errors
+/// When a marker is none of those.
+pub fn mesh_from_markers(markers: &MarkerArray) -> Result<MeshUpdate, ConvertError> {
+    let header = markers.markers.first().map(|marker| &marker.header);
+    let mut update = MeshUpdate {
+        stamp: header.map(|header| stamp_from_time(header.stamp)).unwrap_or_default(),
+        frame_id: header.map(|header| header.frame_id.clone()).unwrap_or_default(),
+        ..MeshUpdate::default()
+    };
+    for marker in &markers.markers {
+        if marker.action == Marker::DELETEALL {
+            update.is_anew = true;
+            update.pieces.clear();
+        } else {
+            update.pieces.push(piece_of(marker)?);
+        }
+    }
+    Ok(update)
+}
+
+fn piece_of(marker: &Marker) -> Result<MeshPiece, ConvertError> {
+    let Marker { ns, id, action, points, colors, .. } = marker;
+    let is_coloured = !colors.is_empty();
+    let is_list = *action == Marker::DELETE
+        || marker.r#type == Marker::TRIANGLE_LIST
+            && points.len().is_multiple_of(3)
+            && (!is_coloured || colors.len() == points.len());
+    let block = block_of(ns, *id).filter(|_| is_list);
+    let Some(block) = block else {
+        let (points, colours) = (points.len(), colors.len());
+        return Err(ConvertError::MeshMarker { ns: ns.clone(), id: *id, points, colours });
+    };
+    if *action == Marker::DELETE {
+        return Ok(MeshPiece { block, ..MeshPiece::default() });
+    }
+    let corner = |Point { x, y, z }: &Point| Point3::new(*x as f32, *y as f32, *z as f32);
+    // The casts saturate.
+    let shade = |part: f32| (255.0 * part).round() as u8;
+    let colour = |colour: &ColorRGBA| [colour.r, colour.g, colour.b].map(shade);
+    let mesh = TriangleMesh {
+        points_m: points.iter().map(corner).collect(),
+        colours: colors.iter().map(colour).collect(),
+        triangles: (0..points.len() as u32 / 3).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect(),
+        ..TriangleMesh::default()
+    };
+    Ok(MeshPiece { block, mesh })
+}
+
+/// The block of a namespace and number.
+fn block_of(ns: &str, id: i32) -> Option<[i32; 3]> {
+    let mut words = ns.split(' ');
+    let region: Vec<i64> = (words.next()? == "mesh")
+        .then(|| words.map(|word| word.parse().ok()).collect::<Option<_>>())??;
+    let region: [i64; 3] = if region.is_empty() { [0; 3] } else { region.try_into().ok()? };
+    let id = u32::try_from(id).ok()?.cast_signed();
+    let within = [id, id / REGION_BLOCKS, id / REGION_BLOCKS / REGION_BLOCKS]
+        .map(|along| i64::from(along % REGION_BLOCKS - REGION_BLOCKS / 2));
+    let mut block = [0; 3];
+    for (along, (region, within)) in block.iter_mut().zip(region.into_iter().zip(within)) {
+        let first = region.checked_mul(REGION_BLOCKS.into())?;
+        *along = i32::try_from(first.checked_add(within)?).ok()?;
+    }
+    Some(block)
+}
+
 #[cfg(test)]
 mod tests {
     use geometry::Stamp;
@@ -110,6 +179,37 @@ mod tests {
         assert!(coloured.scale.x == 1.0 && plain.color.a == 1.0);
         assert_eq!((&*gone.ns, gone.points.len()), ("mesh", 0));
         assert_eq!(plain.id - coloured.id, 1);
+        let back = mesh_from_markers(&MarkerArray { markers: markers.clone() }).unwrap();
+        assert!(back.is_anew && back.stamp == update.stamp && back.frame_id == "map");
+        let blocks: Vec<_> = back.pieces.iter().map(|piece| piece.block).collect();
+        assert_eq!(blocks, [[0; 3], [1, 0, 0], [-1, 0, 7]]);
+        let meshes: Vec<_> = back.pieces.iter().map(|piece| &piece.mesh).collect();
+        assert_eq!(meshes[0].triangles, [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(meshes[0].points_m[3], Point3::new(7.0, 8.0, 9.5));
+        assert_eq!(meshes[0].colours[1], [0, 51, 0]);
+        assert!(meshes[1].colours.is_empty() && meshes[2].triangles.is_empty());
+    }
+
+    #[test]
+    fn a_marker_that_is_no_block_is_an_error_that_names_it() {
+        let ok = markers_from_mesh(&MeshUpdate {
+            pieces: vec![piece([0; 3], vec![[9; 3]; 4])],
+            ..MeshUpdate::default()
+        });
+        let changes: [fn(&mut Marker); 6] = [
+            |marker| marker.ns = "tracks".to_owned(),
+            |marker| marker.ns = "mesh 1 2".to_owned(),
+            |marker| marker.ns = format!("mesh {} 0 0", i64::MAX),
+            |marker| marker.id = -1,
+            |marker| marker.r#type = Marker::SPHERE,
+            |marker| marker.points.truncate(5),
+        ];
+        for change in changes {
+            let mut markers = ok.clone();
+            change(&mut markers.markers[0]);
+            let error = mesh_from_markers(&markers).unwrap_err().to_string();
+            assert!(error.contains(" is no block of a mesh"), "{error}");
+        }
     }
 
     #[test]
@@ -120,6 +220,7 @@ mod tests {
             for y in along {
                 for z in along {
                     let (ns, id) = name([x, y, z]);
+                    assert_eq!(block_of(&ns, id), Some([x, y, z]));
                     assert!(id >= 0 && names.insert((ns, id)), "{x} {y} {z}");
                 }
             }

@@ -9,13 +9,15 @@ use std::time::Duration;
 
 use geometry::{
     CameraModel, Cloud, CycleSetup, CycleTracks, DepthFrame, DepthImage, DepthPixels,
-    DetectedCycle, Distortion, DynamicZone, MaskedDepth, SegmentedCycle, Stamp, Track, ZoneSource,
+    DetectedCycle, Distortion, DynamicZone, MaskedDepth, MeshPiece, MeshUpdate, SegmentedCycle,
+    Stamp, Track, TriangleMesh, ZoneSource,
 };
 use live_view::shell::{GraphOf, LiveView, NODE, ShownNode};
 use msgs::convert;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue};
 use msgs::sensor_msgs::PointCloud2;
 use msgs::std_srvs::Trigger;
+use msgs::visualization_msgs::MarkerArray;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector3};
 use node_shell::parameters::NodeParameters;
 use node_shell::{Host, Node, NodeFailure, Qos, RosArguments, Transport, descriptors};
@@ -97,6 +99,7 @@ async fn publish(node: Node) -> Result<(), NodeFailure> {
         let tracks = node.value_publisher::<CycleTracks>("tracks", &Qos::reliable(5))?;
         let maps = node.publisher::<PointCloud2>("static_map", &Qos::latched())?;
         let updates = node.publisher::<PointCloud2>("static_map_updates", &Qos::reliable(10))?;
+        let meshes = node.publisher::<MarkerArray>("mesh", &Qos::reliable(10))?;
         let diagnostics = node.publisher::<DiagnosticArray>("/diagnostics", &Qos::reliable(5))?;
         let shutdown = node.shutdown_signal();
         let mut period = tokio::time::interval(PERIOD);
@@ -123,9 +126,17 @@ async fn publish(node: Node) -> Result<(), NodeFailure> {
                 let whole = cloud(stamp, (0..columns).flat_map(column).collect());
                 maps.publish_or_warn(convert::message_from_cloud(&whole));
                 diagnostics.publish_or_warn(hostile());
+                diagnostics.publish_or_warn(says(if meshes.subscriber_count() > 0 {
+                    "the mesh is made"
+                } else {
+                    "no mesh"
+                }));
             } else {
                 let newest = cloud(stamp, column(columns - 1).collect());
                 updates.publish_or_warn(convert::message_from_cloud(&newest));
+            }
+            if meshes.subscriber_count() > 0 {
+                meshes.publish_or_warn(convert::markers_from_mesh(&newest_triangles(stamp, index)));
             }
         }
     }
@@ -214,6 +225,35 @@ fn track(cycle: &SegmentedCycle) -> Track {
         age_s: 1.0,
         unseen_cycles: 0,
     }
+}
+
+/// The newest strip of the wall, a block of its own.
+fn newest_triangles(stamp: Stamp, index: u32) -> MeshUpdate {
+    let (low_m, high_m) = (0.0, HEIGHT_VOXELS as f32 * 0.02);
+    let (from_m, to_m) = (index as f32 * 0.02 - 2.0, index as f32 * 0.02 - 1.98);
+    let corner = |y_m, z_m| Point3::new(3.02, y_m, z_m);
+    let mesh = TriangleMesh {
+        points_m: vec![
+            corner(from_m, low_m),
+            corner(to_m, low_m),
+            corner(to_m, high_m),
+            corner(from_m, high_m),
+        ],
+        triangles: vec![[0, 2, 1], [0, 3, 2]],
+        ..TriangleMesh::default()
+    };
+    let piece = MeshPiece { block: [0, index.cast_signed(), 0], mesh };
+    MeshUpdate { stamp, pieces: vec![piece], ..MeshUpdate::default() }
+}
+
+/// A node that says something.
+fn says(text: &str) -> DiagnosticArray {
+    let status = DiagnosticStatus {
+        name: "mesh".into(),
+        message: text.into(),
+        ..DiagnosticStatus::default()
+    };
+    DiagnosticArray { status: vec![status], ..DiagnosticArray::default() }
 }
 
 /// A node whose names are markup, and long.

@@ -13,6 +13,7 @@ mod access;
 mod browser;
 pub mod foxglove;
 mod map;
+mod mesh;
 pub mod message;
 mod moment;
 #[cfg(feature = "ros")]
@@ -24,5 +25,6 @@ mod tests;
 pub use access::{Access, Refusal, Token, ViewerAccess};
 pub use browser::Browser;
 pub use map::{BLOCK_EDGE_VOXELS, BlockKey, LiveMap, PlacedPoint, TILE_EDGE_BLOCKS};
+pub use mesh::LiveMesh;
 pub use moment::{Moment, of_moment};
 pub use state::LiveState;

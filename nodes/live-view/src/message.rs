@@ -5,6 +5,7 @@
 use report::payload::{Effort, deflated, drawn_colour, push_colours, push_differences_16};
 
 use crate::map::{BlockKey, LiveMap, PlacedPoint, TILE_EDGE_BLOCKS};
+use crate::mesh::LiveMesh;
 
 /// Shorter messages are not compressed.
 const WORTH_COMPRESSING_BYTES: usize = 256;
@@ -19,6 +20,8 @@ pub enum Kind {
     Moment = 2,
     /// The state of the nodes, as JSON.
     Status = 3,
+    /// Triangles by blocks, each whole: they take the place of what the browser has of them. For a browser that asks for them.
+    Mesh = 4,
 }
 
 /// A message of `kind` with this body.
@@ -72,4 +75,32 @@ fn push_points(
     if has_colours {
         push_colours(body, points.map(|point| drawn_colour(point.colour)));
     }
+}
+
+/// The triangles of these blocks as they are; a block that the mesh does not have is sent without. The first message takes the place of all
+/// that the browser has: it may have asked before, and what was on its way then may have come since.
+#[must_use]
+pub fn of_mesh(mesh: &LiveMesh, blocks: &[BlockKey], is_first: bool) -> Vec<u8> {
+    let mut body = Vec::new();
+    for number in [usize::from(is_first), mesh.len(), mesh.refused(), blocks.len()] {
+        body.extend((number as u32).to_le_bytes());
+    }
+    for key in blocks {
+        key.iter().for_each(|along| body.extend(along.to_le_bytes()));
+        let block = mesh.block(key);
+        let triangles = block.map_or(0, |block| block.triangles());
+        body.extend((triangles as u32).to_le_bytes());
+        let Some(block) = block else { continue };
+        block.least_m.iter().for_each(|along| body.extend(along.to_le_bytes()));
+        body.extend(block.step_m.to_le_bytes());
+        let has_colours = !block.colours.is_empty();
+        body.extend(u16::from(has_colours).to_le_bytes());
+        for axis in 0..3 {
+            push_differences_16(&mut body, block.corners.iter().map(|corner| corner[axis]));
+        }
+        if has_colours {
+            push_colours(&mut body, block.colours.iter().copied().map(drawn_colour));
+        }
+    }
+    message(Kind::Mesh, &body)
 }

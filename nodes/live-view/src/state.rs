@@ -5,6 +5,7 @@ use std::sync::Arc;
 use geometry::VoxelEdgeError;
 
 use crate::map::LiveMap;
+use crate::mesh::LiveMesh;
 use crate::message::{Kind, message};
 use crate::moment::{Moment, of_moment};
 
@@ -15,23 +16,34 @@ pub(crate) struct Numbered {
     pub(crate) message: Arc<[u8]>,
 }
 
-/// All that is shown. Its size is bounded by that of the map.
+/// All that is shown. Its size is bounded by those of the map and of the mesh.
 #[derive(Clone, Debug)]
 pub struct LiveState {
     map: LiveMap,
+    mesh: LiveMesh,
     moment: Option<Numbered>,
     status: Option<Numbered>,
     messages: u64,
 }
 
 impl LiveState {
-    /// Nothing yet; the map has at most `most_voxels` of `voxel_edge_m`.
+    /// Nothing yet; the map has at most `most_voxels` of `voxel_edge_m`, the mesh `most_triangles`.
     ///
     /// # Errors
     /// When the edge is no length.
-    pub fn new(voxel_edge_m: f64, most_voxels: usize) -> Result<Self, VoxelEdgeError> {
+    pub fn new(
+        voxel_edge_m: f64,
+        most_voxels: usize,
+        most_triangles: usize,
+    ) -> Result<Self, VoxelEdgeError> {
         let map = LiveMap::new(voxel_edge_m, most_voxels)?;
-        Ok(Self { map, moment: None, status: None, messages: 0 })
+        Ok(Self {
+            map,
+            mesh: LiveMesh::new(most_triangles),
+            moment: None,
+            status: None,
+            messages: 0,
+        })
     }
 
     /// The map.
@@ -43,6 +55,17 @@ impl LiveState {
     /// The map, to take what was published of it.
     pub fn map_mut(&mut self) -> &mut LiveMap {
         &mut self.map
+    }
+
+    /// The triangles of the map.
+    #[must_use]
+    pub fn mesh(&self) -> &LiveMesh {
+        &self.mesh
+    }
+
+    /// The triangles, to take what was published of them.
+    pub fn mesh_mut(&mut self) -> &mut LiveMesh {
+        &mut self.mesh
     }
 
     /// Takes the latest cycle.

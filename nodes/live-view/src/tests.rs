@@ -1,6 +1,7 @@
 //! What a browser has decoded is what is there, whatever came between.
 
 mod decoded;
+mod mesh;
 
 use std::collections::BTreeMap;
 
@@ -22,7 +23,7 @@ fn cloud(stamp: i64, points: &[[f32; 3]]) -> ColouredCloud {
 }
 
 fn state() -> LiveState {
-    LiveState::new(EDGE_M, MANY).unwrap()
+    LiveState::new(EDGE_M, MANY, MANY).unwrap()
 }
 
 /// Sends the browser all it lacks.

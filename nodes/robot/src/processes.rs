@@ -92,11 +92,16 @@ impl Process {
 
     /// Sends SIGTERM, and waits until it has ended; kills it if that takes too long.
     pub fn stop(&mut self) -> Result<ExitStatus, Failure> {
+        self.stop_within(LONGEST_STOP)
+    }
+
+    /// The same for one that has more to do at its end.
+    pub(crate) fn stop_within(&mut self, longest: Duration) -> Result<ExitStatus, Failure> {
         if let Some(status) = self.ended()? {
             return Ok(status);
         }
         self.signal(Signal::TERM);
-        let deadline = Instant::now() + LONGEST_STOP;
+        let deadline = Instant::now() + longest;
         while Instant::now() < deadline {
             if let Some(status) = self.ended()? {
                 return Ok(status);

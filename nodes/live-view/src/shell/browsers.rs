@@ -19,6 +19,9 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(20);
 const MOST_COMMANDS: usize = 4;
 /// What the page answers when it has shown a message.
 const SHOWN: &str = "shown";
+/// With these it begins and ends to ask for triangles.
+const MESH_ON: &str = "mesh on";
+const MESH_OFF: &str = "mesh off";
 
 /// Serves one browser until it has gone or shows nothing any more.
 pub(super) async fn attend(mut socket: WebSocket, shared: &Arc<Shared>) {
@@ -27,6 +30,7 @@ pub(super) async fn attend(mut socket: WebSocket, shared: &Arc<Shared>) {
     let (mut unshown, mut last_shown) = (0, Instant::now());
     // They end with the browser that gave them.
     let mut commands = JoinSet::new();
+    let mut wants_mesh = None;
     loop {
         if unshown < MOST_UNSHOWN {
             changes.mark_unchanged();
@@ -48,6 +52,14 @@ pub(super) async fn attend(mut socket: WebSocket, shared: &Arc<Shared>) {
                 Some(Ok(Message::Text(text))) if text == SHOWN => {
                     unshown = unshown.saturating_sub(1);
                     last_shown = Instant::now();
+                }
+                Some(Ok(Message::Text(text))) if text == MESH_ON => {
+                    wants_mesh.get_or_insert_with(|| shared.want_mesh());
+                    browser.want_mesh(true);
+                }
+                Some(Ok(Message::Text(text))) if text == MESH_OFF => {
+                    wants_mesh = None;
+                    browser.want_mesh(false);
                 }
                 Some(Ok(Message::Text(text))) if commands.len() < MOST_COMMANDS => {
                     let shared = Arc::clone(shared);

@@ -8,6 +8,7 @@ use geometry::{CycleTracks, DetectedCycle, Method, Scan, SegmentedCycle, Track};
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::sensor_msgs::{LaserScan, PointCloud2};
+use msgs::visualization_msgs::MarkerArray;
 use node_shell::{
     Arrived, Node, NodeFailure, Qos, ShellError, Subscription, Throttle, ValueSubscription,
 };
@@ -25,6 +26,8 @@ const SCANS: Qos = Qos::sensor(5);
 /// Updates of the map that may wait: what is lost comes with the next whole map.
 const UPDATES: Qos = Qos::reliable(20);
 const DIAGNOSTICS: Qos = Qos::sensor(32);
+/// Messages with triangles that may wait: one second of them.
+const MESHES: Qos = Qos::reliable(10);
 /// The topics are followed for so long after the last browser has gone: a page that is loaded again is there within it.
 const LINGER: Duration = Duration::from_secs(2);
 /// Scans and cycles that wait for their counterpart.
@@ -47,13 +50,50 @@ pub(super) async fn feed(
         let mut feed = Feed::of(node, graph)?;
         tokio::select! {
             () = feed.follow(shared) => {}
+            failed = follow_mesh(node, shared) => return Err(failed.into()),
             () = nobody_looks(&mut browsers) => {}
         }
         drop(feed);
         shared.change(|state| {
             state.map_mut().clear();
+            state.mesh_mut().clear();
             state.forget_moment();
         });
+    }
+}
+
+/// Follows the triangles while a browser asks for them, until that fails.
+async fn follow_mesh(node: &Node, shared: &Arc<Shared>) -> ShellError {
+    let mut wanted = shared.mesh_wanted();
+    let mut bad_input = Throttle::for_warnings();
+    loop {
+        // The sender lives as long as `shared`.
+        let _ = wanted.wait_for(|count| *count > 0).await;
+        let markers: Subscription<MarkerArray> = match node.subscription("mesh", &MESHES) {
+            Ok(markers) => markers,
+            Err(error) => return error,
+        };
+        node.counters().note_optional(markers.topic());
+        loop {
+            let received = tokio::select! {
+                received = markers.next() => received,
+                _ = wanted.wait_for(|count| *count == 0) => break,
+            };
+            match convert::mesh_from_markers(&received.message) {
+                Ok(update) => shared.change(|state| state.mesh_mut().take(&update)),
+                Err(error) => warn_of(&error, &mut bad_input),
+            }
+        }
+        drop(markers);
+        shared.change(|state| state.mesh_mut().clear());
+    }
+}
+
+fn warn_of(error: &ConvertError, bad_input: &mut Throttle) {
+    if let Some(held_back) = bad_input.pass() {
+        tracing::warn!(
+            "a message cannot be shown: {error} ({held_back} more since the last warning)"
+        );
     }
 }
 
@@ -154,12 +194,8 @@ impl Feed {
                 }
                 input = self.next() => input,
             };
-            if let Err(error) = self.latest.take(input, shared)
-                && let Some(held_back) = self.bad_input.pass()
-            {
-                tracing::warn!(
-                    "a message cannot be shown: {error} ({held_back} more since the last warning)"
-                );
+            if let Err(error) = self.latest.take(input, shared) {
+                warn_of(&error, &mut self.bad_input);
             }
         }
     }

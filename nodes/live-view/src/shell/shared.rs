@@ -11,6 +11,8 @@ use crate::{Access, LiveState};
 
 /// Points of the map that is shown, at most: as many as the report's page carries.
 const MOST_VOXELS: usize = 5_000_000;
+/// Triangles that are shown, at most: 27 bytes each here, and 75 in a browser.
+const MOST_TRIANGLES: usize = 1_000_000;
 /// The edge of the voxels until a cycle says it: the default of the parameter `map_edge_m`.
 const FIRST_EDGE_M: f64 = 0.02;
 
@@ -23,6 +25,8 @@ pub(super) struct Shared {
     changes: watch::Sender<u64>,
     /// How many browsers look.
     browsers: watch::Sender<usize>,
+    /// How many of them ask for triangles.
+    mesh_wanted: watch::Sender<usize>,
 }
 
 impl Shared {
@@ -34,9 +38,10 @@ impl Shared {
         Ok(Self {
             access,
             commands: Commands::new(node, nodes),
-            state: Mutex::new(LiveState::new(FIRST_EDGE_M, MOST_VOXELS)?),
+            state: Mutex::new(LiveState::new(FIRST_EDGE_M, MOST_VOXELS, MOST_TRIANGLES)?),
             changes: watch::Sender::new(0),
             browsers: watch::Sender::new(0),
+            mesh_wanted: watch::Sender::new(0),
         })
     }
 
@@ -62,6 +67,17 @@ impl Shared {
         self.browsers.subscribe()
     }
 
+    /// How many browsers ask for triangles.
+    pub(super) fn mesh_wanted(&self) -> watch::Receiver<usize> {
+        self.mesh_wanted.subscribe()
+    }
+
+    /// Asks for triangles as long as the value lives.
+    pub(super) fn want_mesh(self: &Arc<Self>) -> WantsMesh {
+        self.mesh_wanted.send_modify(|count| *count += 1);
+        WantsMesh { shared: Arc::clone(self) }
+    }
+
     /// Counts a browser in as long as the value lives; none where there are `most` already.
     pub(super) fn look(self: &Arc<Self>, most: usize) -> Option<Looking> {
         let mut has_room = false;
@@ -81,5 +97,16 @@ pub(super) struct Looking {
 impl Drop for Looking {
     fn drop(&mut self) {
         self.shared.browsers.send_modify(|count| *count = count.saturating_sub(1));
+    }
+}
+
+/// A browser that asks for triangles.
+pub(super) struct WantsMesh {
+    shared: Arc<Shared>,
+}
+
+impl Drop for WantsMesh {
+    fn drop(&mut self) {
+        self.shared.mesh_wanted.send_modify(|count| *count = count.saturating_sub(1));
     }
 }

@@ -31,7 +31,8 @@ pub(super) fn body(message: &[u8]) -> Vec<u8> {
     body
 }
 
-struct Reader<'a>(&'a [u8]);
+/// What is left of a body.
+pub(super) struct Reader<'a>(pub(super) &'a [u8]);
 
 impl<'a> Reader<'a> {
     fn take(&mut self, length: usize) -> &'a [u8] {
@@ -40,19 +41,19 @@ impl<'a> Reader<'a> {
         taken
     }
 
-    fn array<const N: usize>(&mut self) -> [u8; N] {
+    pub(super) fn array<const N: usize>(&mut self) -> [u8; N] {
         self.take(N).try_into().unwrap()
     }
 
-    fn u32(&mut self) -> u32 {
+    pub(super) fn u32(&mut self) -> u32 {
         u32::from_le_bytes(self.array())
     }
 
-    fn f32(&mut self) -> f32 {
+    pub(super) fn f32(&mut self) -> f32 {
         f32::from_le_bytes(self.array())
     }
 
-    fn differences(&mut self, count: usize) -> Vec<u16> {
+    pub(super) fn differences(&mut self, count: usize) -> Vec<u16> {
         let (low, high) = (self.take(count), self.take(count));
         let mut value = 0_u16;
         let next = |(low, high): (&u8, &u8)| {

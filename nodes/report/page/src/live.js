@@ -10,7 +10,8 @@ import { layerList } from "./layers.js";
 import { Connection } from "./live_connection.js";
 import { commands, Nodes, parameters } from "./live_controls.js";
 import { LiveMap } from "./live_map.js";
-import { KINDS, openMessage, readMap, readMoment, readStatus } from "./live_messages.js";
+import { LiveMesh } from "./live_mesh.js";
+import { KINDS, openMessage, readMap, readMoment, readStatus, readTriangles } from "./live_messages.js";
 import { Measure } from "./measure.js";
 import { Overlay } from "./overlay.js";
 import { Panels } from "./panels.js";
@@ -52,6 +53,11 @@ export async function startLive(place, header) {
   const layer = new CloudLayer([], shared, { sizeM: FIRST_SPACING_M * SIZE_IN_SPACINGS.map, colouring: COLOURING.height });
   stage.picture.addLayer(layer);
   const map = new LiveMap(layer);
+  const mesh = new LiveMesh(shared, layer.look, (isWanted) => {
+    connection.say(isWanted ? "mesh on" : "mesh off");
+    drawMap();
+  });
+  stage.picture.addLayer(mesh);
   const overlay = new Overlay(live, run);
   overlay.cutBy(heightCut);
   for (const group of Object.values(overlay.groups)) stage.picture.overlay.add(group);
@@ -102,11 +108,14 @@ export async function startLive(place, header) {
     drawing ??= setTimeout(() => {
       drawing = null;
       map.draw();
+      mesh.draw();
       showBounds();
       const unit = map.voxel_m ? `, voxels of ${(1000 * map.voxel_m).toFixed(0)} mm` : "";
       const shown = layer.count < map.total ? `${grouped(layer.count)} of ${grouped(map.total)}` : grouped(layer.count);
-      status.textContent = `${shown} points${unit}`;
-      Object.assign(status.dataset, { shown: layer.count, total: map.total });
+      const refused = mesh.refused > 0 ? ` (${grouped(mesh.refused)} more have no room)` : "";
+      const triangles = mesh.visible ? `, ${grouped(mesh.total)} triangles${refused}` : "";
+      status.textContent = `${shown} points${unit}${triangles}`;
+      Object.assign(status.dataset, { shown: layer.count, total: map.total, triangles: mesh.total });
       stage.changed();
     }, DRAW_MS);
   };
@@ -121,6 +130,9 @@ export async function startLive(place, header) {
       isFresh = false;
       map.take(message);
       if (isOther) showSettings();
+      drawMap();
+    } else if (kind === KINDS.mesh) {
+      mesh.take(readTriangles(reader));
       drawMap();
     } else if (kind === KINDS.moment) {
       showMoment(readMoment(reader, live));
@@ -162,15 +174,22 @@ export async function startLive(place, header) {
   const told = document.getElementById("connection");
   const connection = new Connection({
     take,
-    opened: () => (isFresh = true),
+    opened: () => {
+      isFresh = true;
+      mesh.clear();
+      if (mesh.visible) connection.say("mesh on");
+    },
     tell: (state) => {
       told.textContent = STATES[state];
       told.dataset.state = state;
     },
   });
   const controls = commands(connection);
-  const groups = layerGroups({ camera: true },
-    [{ id: "map", name: "static map", colour: HEIGHTS_KEY, shown: true, cloud: layer }], overlay);
+  const groups = layerGroups({ camera: true }, [
+    { id: "map", name: "static map", colour: HEIGHTS_KEY, shown: true, cloud: layer },
+    { id: "mesh", name: "triangles", colour: HEIGHTS_KEY, shown: false, cloud: mesh,
+      note: "The surface of the map, from the side from which it was seen; of the method free_space. It is sent while this is switched on." },
+  ], overlay);
   const walkFrom = () => run.cycles.at(-1)?.pose.slice(0, 3) ?? null;
   const viewer = element("div", { class: "viewer" }, toolbar(stage, measure, walkFrom, "live view"),
     element("div", { class: "stage" }, canvas, status, result),

@@ -93,6 +93,11 @@ export class Connection {
     });
   }
 
+  /** Says something that has no answer, if there is a connection. */
+  say(text) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(text);
+  }
+
   answered({ id, done, failed }) {
     const waiting = this.commands.get(id);
     this.commands.delete(id);

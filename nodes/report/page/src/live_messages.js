@@ -3,7 +3,7 @@
 import { inflated, Reader } from "./payload.js";
 import { Views } from "./views.js";
 
-export const KINDS = { map: 1, moment: 2, status: 3 };
+export const KINDS = { map: 1, moment: 2, status: 3, mesh: 4 };
 
 /** The kind of a message, and a reader of its body. */
 export async function openMessage(bytes) {
@@ -22,6 +22,23 @@ export function readMap(reader) {
     block.colours = hasColours ? reader.colours(block.count) : null;
   }
   return { epoch, voxel_m, block_m, step_m, tileBlocks, hasColours, total, blocks };
+}
+
+/** Triangles by blocks, each whole; a block without has none any more, and the first message takes the place of all. Three corners a triangle, in steps from an origin. */
+export function readTriangles(reader) {
+  const [isFirst, total, refused, count] = [reader.u32() === 1, reader.u32(), reader.u32(), reader.u32()];
+  const blocks = Array.from({ length: count }, () => {
+    const block = { key: [reader.i32(), reader.i32(), reader.i32()], count: 3 * reader.u32() };
+    if (block.count === 0) return block;
+    block.origin_m = [reader.f32(), reader.f32(), reader.f32()];
+    block.step_m = reader.f32();
+    const hasColours = reader.u16() === 1;
+    block.steps = new Uint16Array(3 * block.count);
+    for (const axis of [0, 1, 2]) reader.differences16(block.count, block.steps, axis, 3);
+    block.colours = hasColours ? reader.colours(block.count) : null;
+    return block;
+  });
+  return { isFirst, total, refused, blocks };
 }
 
 /** The latest cycle with what the sensors saw in it. */

@@ -58,16 +58,20 @@ export async function readMesh({ vertices, triangles, origin_m, step_m, has_colo
   return geometry;
 }
 
+/** What draws triangles in the colours of the points of `look`. */
+export function meshMaterial(shared, look) {
+  return new RawShaderMaterial({
+    glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: { ...shared, colouring: look.colouring },
+  });
+}
+
 /**
  * Triangles in the colours of the points of `look`, seen from the side from which the camera saw them: no ceiling hides a room. A picture
  * of many points takes several frames: triangles are drawn in the first.
  */
 export class MeshLayer {
   constructor(geometry, shared, look) {
-    const material = new RawShaderMaterial({
-      glslVersion: GLSL3, vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms: { ...shared, colouring: look.colouring },
-    });
-    this.mesh = new Mesh(geometry, material);
+    this.mesh = new Mesh(geometry, meshMaterial(shared, look));
     this.mesh.frustumCulled = false;
     this.group = new Group().add(this.mesh);
     // Of points.

@@ -72,6 +72,22 @@ test("the live view", async (t) => {
     assert.ok(colours > 20, `the 3D view draws: ${colours} colours`);
   });
 
+  await t.test("shows triangles while they are asked for", async () => {
+    const triangles = () => page.evaluate(() => Number(document.querySelector(".status").dataset.triangles));
+    assert.equal(await triangles(), 0);
+    const isMade = () => page.waitForFunction(() => /mesh is made/.test(document.querySelector(".nodes").textContent));
+    await page.waitForFunction(() => /no mesh/.test(document.querySelector(".nodes").textContent));
+    await page.locator('[data-layer="mesh"]').check();
+    await page.waitForFunction(() => Number(document.querySelector(".status").dataset.triangles) > 0);
+    const before = await triangles();
+    await page.waitForFunction((least) => Number(document.querySelector(".status").dataset.triangles) > least, before);
+    assert.match(await page.locator(".status").innerText(), /points.* triangles$/);
+    await isMade();
+    await page.locator('[data-layer="mesh"]').uncheck();
+    await page.waitForFunction(() => Number(document.querySelector(".status").dataset.triangles) === 0);
+    await page.waitForFunction(() => /no mesh/.test(document.querySelector(".nodes").textContent));
+  });
+
   await t.test("shows names that are markup as text", async () => {
     await page.waitForFunction(() => /onerror/.test(document.querySelector(".nodes").textContent));
     assert.ok((await page.locator(".nodes").innerText()).includes("<script>document.title='taken'</script>"));

@@ -37,6 +37,8 @@ use crate::visual;
 const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 /// A period that no run lasts for, within the range of the parameter: the node saves its files when it ends.
 const NEVER_S: f64 = 1e9;
+/// A node that saves the map may take so long to end: 10 million points with their triangles on a slow disk.
+const LONGEST_SAVE: Duration = Duration::from_secs(60);
 /// How often the processes are checked while nothing is received.
 const POLL_PERIOD: Duration = Duration::from_millis(50);
 
@@ -346,7 +348,7 @@ impl Run {
         drop(pacing);
         let mut failure = failure;
         for mut node in nodes {
-            let status = node.stop()?;
+            let status = node.stop_within(LONGEST_SAVE)?;
             if !status.success() && failure.is_none() {
                 failure = Some(Failure::new(format!("the node {} failed: {status}", node.name())));
             }
