@@ -56,6 +56,8 @@ pub struct CycleSetup {
     pub voxel_edge: f64,
     /// Edge of the voxels of a map of depth images, in metres; 0 where the map is of the cycle's points.
     pub map_edge: f64,
+    /// After how long what moved and stays in its place is static, in seconds; 0 where the method does not ask.
+    pub max_stop: f64,
     /// Pose of the camera's optical frame in the rig.
     pub rig_from_camera: Pose,
     /// Pose of the scanner in the rig.

@@ -192,6 +192,7 @@ fn setup_from_message(message: &stillmap_msgs::CycleSetup) -> Result<CycleSetup,
             .ok_or_else(|| ConvertError::Method { method: excerpt(&message.method) })?,
         voxel_edge_m: message.voxel_edge,
         map_edge_m: message.map_edge,
+        max_stop_s: message.max_stop,
         mounts: RigMounts {
             rig_from_camera: isometry_from_pose(&message.rig_from_camera)?,
             rig_from_lidar: isometry_from_pose(&message.rig_from_lidar)?,
@@ -204,6 +205,7 @@ fn message_from_setup(setup: &CycleSetup) -> stillmap_msgs::CycleSetup {
         method: setup.method.name().to_owned(),
         voxel_edge: setup.voxel_edge_m,
         map_edge: setup.map_edge_m,
+        max_stop: setup.max_stop_s,
         rig_from_camera: pose_from_isometry(&setup.mounts.rig_from_camera),
         rig_from_lidar: pose_from_isometry(&setup.mounts.rig_from_lidar),
     }
@@ -240,6 +242,7 @@ mod tests {
                 method: Method::RecHv,
                 voxel_edge_m: 0.05,
                 map_edge_m: 0.02,
+                max_stop_s: 40.0,
                 mounts: RigMounts {
                     rig_from_camera: pose_from_vector(pose),
                     rig_from_lidar: pose_from_vector(&[0.1, -0.02, -0.8, 0.1, 0.2, 0.3]),

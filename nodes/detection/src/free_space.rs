@@ -138,7 +138,7 @@ impl MotionFinder {
             rig_from_lidar,
             motion: PlatformMotion::new(&config.free_space),
             window: ScanWindow::new(config.window_scans),
-            evidence: EvidenceGrid::new(&config.free_space),
+            evidence: EvidenceGrid::new(&config.free_space, config.pipeline.max_stop_s),
             tracker: Tracker::default(),
             zone_maker: ZoneMaker::new(config),
             epoch: None,

@@ -23,10 +23,16 @@ crate::parameters! {
         /// Edge of the map's voxels. The map is made of the depth images: a surface, with a point and a normal a voxel.
         // Of the static scene of the demo a map at 3 cm keeps 97.5 %, at 2 cm 99.0 %, and a cycle takes 4 ms more.
         map_edge_m: f64 = 0.02, between(0.001, 10.0), read_with("method", "free_space");
+        /// What moved and stays in its place counts as static after this time, for the scanner as for the camera.
+        // Long enough for a talk; a chair that was moved is furniture again after a minute.
+        max_stop_s: f64 = 60.0, above_to(0.0, LONGEST_S), read_with("method", "free_space"), formerly("stopped_object_s");
         /// Frames and mounts.
         rig: RigConfig as flatten;
     }
 }
+
+/// Evidence counts times in milliseconds of 32 bits.
+const LONGEST_S: f64 = 1e6;
 
 /// The setup a cycle was made with: the configuration of its pipeline, and the mounts as detection had them in that cycle, by its
 /// parameters or by tf.
@@ -38,6 +44,8 @@ pub struct CycleSetup {
     pub voxel_edge_m: f64,
     /// The edge of the voxels of a map of depth images; 0 with the method rec_hv, whose map is of the cycle's points.
     pub map_edge_m: f64,
+    /// After how long what moved and stays in its place is static; 0 with the method rec_hv, which does not ask.
+    pub max_stop_s: f64,
     /// Where camera and scanner were.
     pub mounts: RigMounts,
 }
@@ -123,6 +131,7 @@ impl PipelineConfig {
             method: self.method,
             voxel_edge_m: self.voxel_edge_m,
             map_edge_m: self.depth_map_edge_m().unwrap_or(0.0),
+            max_stop_s: if self.method == Method::FreeSpace { self.max_stop_s } else { 0.0 },
             mounts: self.rig.mounts(),
         }
     }
@@ -143,17 +152,20 @@ impl PipelineConfig {
         if setup.voxel_edge_m != self.voxel_edge_m {
             differ("voxel_edge_m", setup.voxel_edge_m.to_string(), self.voxel_edge_m.to_string());
         }
+        let own = self.setup();
         // Another method has said so already.
-        if let Some(own) = self.depth_map_edge_m()
-            && setup.method == self.method
-            && setup.map_edge_m != own
-        {
-            differ("map_edge_m", setup.map_edge_m.to_string(), own.to_string());
+        if setup.method == self.method {
+            if setup.map_edge_m != own.map_edge_m {
+                differ("map_edge_m", setup.map_edge_m.to_string(), own.map_edge_m.to_string());
+            }
+            if setup.max_stop_s != own.max_stop_s {
+                differ("max_stop_s", setup.max_stop_s.to_string(), own.max_stop_s.to_string());
+            }
         }
         if rig_frame_id != self.rig.rig_frame_id {
             differ("rig_frame_id", rig_frame_id.to_owned(), self.rig.rig_frame_id.clone());
         }
-        let (of_cycle, own) = (&setup.mounts, self.rig.mounts());
+        let (of_cycle, own) = (&setup.mounts, own.mounts);
         if self.rig.extrinsics != ExtrinsicsSource::TfFromRig
             && !is_same_mount(&of_cycle.rig_from_camera, &own.rig_from_camera)
         {
@@ -195,10 +207,17 @@ mod tests {
         let finer = PipelineConfig { map_edge_m: 0.01, ..PipelineConfig::default() };
         let said = finer.check(&setup, "rig").unwrap_err().to_string();
         assert!(said.contains("map_edge_m is 0.02 in the cycle and 0.01 here"), "{said}");
-        // rec_hv has no such edge.
-        let other = PipelineConfig { map_edge_m: 0.01, ..PipelineConfig::new(Method::RecHv, 0.08) };
-        let setup = PipelineConfig::new(Method::RecHv, 0.08).setup();
-        assert_eq!((other.check(&setup, "rig"), setup.map_edge_m), (Ok(()), 0.0));
+        let sooner = PipelineConfig { max_stop_s: 10.0, ..PipelineConfig::default() };
+        let said = sooner.check(&setup, "rig").unwrap_err().to_string();
+        assert!(said.contains("max_stop_s is 60 in the cycle and 10 here"), "{said}");
+        // rec_hv has no such edge, and no such time.
+        let rec_hv = PipelineConfig::new(Method::RecHv, 0.08);
+        let other = PipelineConfig { map_edge_m: 0.01, max_stop_s: 10.0, ..rec_hv.clone() };
+        let setup = rec_hv.setup();
+        assert_eq!(
+            (other.check(&setup, "rig"), setup.map_edge_m, setup.max_stop_s),
+            (Ok(()), 0.0, 0.0)
+        );
     }
 
     #[test]
@@ -227,8 +246,12 @@ mod tests {
             assert!(config.validate().unwrap_err().to_string().contains("map_edge_m"));
         }
         config.map_edge_m = 0.02;
-        assert_eq!(config.validate(), Ok(()));
+        for max_stop_s in [-1.0, 0.0, 1.1e6, f64::NAN] {
+            config.max_stop_s = max_stop_s;
+            assert!(config.validate().unwrap_err().to_string().contains("max_stop_s"));
+        }
         config = PipelineConfig::default();
+        assert_eq!(config.validate(), Ok(()));
         config.rig.rig_from_lidar[0] = f64::NAN;
         assert!(config.validate().unwrap_err().to_string().contains("rig_from_lidar"));
         config.rig = RigConfig::default();

@@ -59,7 +59,7 @@ struct Cost {
 
 fn loaded<P>(node: &str, method: &str) -> P
 where
-    P: serde::Serialize + serde::de::DeserializeOwned + Default,
+    P: geometry::parameter::Parameters + serde::Serialize + serde::de::DeserializeOwned + Default,
 {
     let method = Assignment { name: "method".to_owned(), value: method.to_owned() };
     parameters::load(node, &[] as &[&std::path::Path], &[method]).unwrap()

@@ -7,6 +7,7 @@ pub(crate) mod life;
 
 use std::sync::Arc;
 
+use geometry::parameter::Parameters;
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -90,7 +91,7 @@ impl Node {
     /// When a file or a value cannot be used.
     pub fn parameters<P>(&self) -> Result<P, ParameterError>
     where
-        P: Serialize + DeserializeOwned + Default,
+        P: Parameters + Serialize + DeserializeOwned + Default,
     {
         parameters::of_node(&self.identity, &self.arguments.parameters)
     }

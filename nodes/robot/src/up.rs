@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
+use geometry::parameter::Parameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use live_view::shell::{FoxgloveServer, GraphOf, LiveView};
 use node_shell::arguments::ParameterSource;
@@ -392,7 +393,7 @@ fn outcome(ended: Ended) -> Result<(), Failure> {
 
 fn with_parameters<P>(node: Node) -> Result<(Node, P), ShellError>
 where
-    P: serde::Serialize + serde::de::DeserializeOwned + Default,
+    P: Parameters + serde::Serialize + serde::de::DeserializeOwned + Default,
 {
     let parameters = node.parameters()?;
     Ok((node, parameters))

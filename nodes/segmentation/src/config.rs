@@ -51,9 +51,6 @@ geometry::parameters! {
         /// A track ends after this many cycles in which it should have been seen and was not.
         // A second and a half of the RPLIDAR A1.
         max_unseen_cycles: u32 = 10, whole(0, MUCH as i64);
-        /// An object that stays in its place counts as static after this time.
-        // Long enough for a talk; a chair that was moved is furniture again after a minute.
-        max_stop_s: f64 = 60.0, between(0.0, MUCH);
         /// The most objects that are tracked.
         // More than a room holds.
         max_tracks: usize = 32, whole(1, 200);
@@ -117,7 +114,7 @@ mod tests {
             ("acceleration_m_per_s2", |c| c.free_space.acceleration_m_per_s2 = 0.0),
             ("min_seen_cycles", |c| c.free_space.min_seen_cycles = 4),
             ("max_unseen_cycles", |c| c.free_space.max_unseen_cycles = u32::MAX),
-            ("max_stop_s", |c| c.free_space.max_stop_s = f64::NAN),
+            ("max_stop_s", |c| c.pipeline.max_stop_s = f64::NAN),
             ("max_tracks", |c| c.free_space.max_tracks = 0),
         ];
         for (name, spoil) in cases {

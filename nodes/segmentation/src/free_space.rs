@@ -257,7 +257,7 @@ impl FreeSpaceSegmenter {
         for group in groups {
             let has_stayed = |point: &&usize| {
                 let since = self.occupancy.hold_moving(points.voxels[**point]);
-                since.is_some_and(|since| now.seconds_since(since) >= self.config.max_stop_s)
+                since.is_some_and(|since| now.seconds_since(since) >= points.cycle.setup.max_stop_s)
             };
             group.has_stayed =
                 2 * group.points.iter().filter(has_stayed).count() >= group.points.len();

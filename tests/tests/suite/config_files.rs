@@ -46,7 +46,7 @@ fn sections(file: &Path) -> Vec<(String, BTreeSet<String>)> {
 /// The parameters that a node gets out of a file, alone and in a namespace alike.
 fn load<P>(node: &str, file: &Path) -> P
 where
-    P: Serialize + DeserializeOwned + Default,
+    P: geometry::parameter::Parameters + Serialize + DeserializeOwned + Default,
 {
     let load = |full_name: String| {
         parameters::load::<P>(&full_name, &[file], &[] as &[Assignment])
@@ -69,7 +69,7 @@ fn shared_names() -> BTreeSet<String> {
 
 fn holds_every_default<P>(node: &str)
 where
-    P: Serialize + DeserializeOwned + Default,
+    P: geometry::parameter::Parameters + Serialize + DeserializeOwned + Default,
 {
     let file = config(&format!("{node}.yaml"));
     let known: BTreeSet<String> =

@@ -69,7 +69,10 @@ fn strings(value: &Value) -> Vec<&str> {
 }
 
 /// The node takes its parameter files and values.
-fn takes<P: Serialize + DeserializeOwned + Default>(name: &str, node: &Value) {
+fn takes<P: geometry::parameter::Parameters + Serialize + DeserializeOwned + Default>(
+    name: &str,
+    node: &Value,
+) {
     let files: Vec<PathBuf> = strings(&node["files"]).into_iter().map(PathBuf::from).collect();
     assert!(files.iter().all(|file| file.is_file()), "{files:?}");
     let assignments: Vec<Assignment> = node["values"]

@@ -19,11 +19,8 @@ geometry::parameters! {
         // The reach of the thesis' RPLIDAR A1 (Rec-HV 3.2.1).
         evidence_reach_m: f64 = 8.0, positive;
         /// Evidence that has not been renewed for this long is forgotten.
-        // Twice the time of a stopped object, so that the evidence lasts longer than the object counts as moving.
+        // Twice max_stop_s, so that the evidence lasts longer than the object counts as moving.
         evidence_memory_s: f64 = 120.0, above_to(0.0, LONGEST_S);
-        /// What came into free space and stopped counts as moving for this long; then it is background.
-        // Longer than a conversation's pause; furniture that was moved joins the map after it.
-        stopped_object_s: f64 = 60.0, above_to(0.0, LONGEST_S);
         /// Standard deviation of a range, in quadrature with range_noise_ratio.
         // Rec-HV 4.3: deviations of up to 0.042 m over three scans of an empty room of 4 m.
         range_noise_m: f64 = 0.02, not_negative;
@@ -93,13 +90,12 @@ mod tests {
     #[test]
     fn each_bad_parameter_is_named() {
         type Spoil = fn(&mut FreeSpaceConfig);
-        let cases: [(&str, Spoil); 13] = [
+        let cases: [(&str, Spoil); 12] = [
             ("evidence_cell_m", |c| c.evidence_cell_m = 0.0),
             ("evidence_extent_m", |c| c.evidence_extent_m = 1e6),
             ("evidence_extent_m", |c| c.evidence_extent_m = f64::NAN),
             ("evidence_reach_m", |c| c.evidence_reach_m = 11.0),
             ("evidence_memory_s", |c| c.evidence_memory_s = f64::INFINITY),
-            ("stopped_object_s", |c| c.stopped_object_s = 0.0),
             ("range_noise_m", |c| c.range_noise_m = -0.1),
             ("range_noise_ratio", |c| c.range_noise_ratio = 1.0),
             ("pose_noise_m", |c| c.pose_noise_m = f64::NAN),

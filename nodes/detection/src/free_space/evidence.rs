@@ -57,7 +57,7 @@ pub(super) struct EvidenceGrid {
 
 impl EvidenceGrid {
     /// An empty grid.
-    pub(super) fn new(config: &FreeSpaceConfig) -> Self {
+    pub(super) fn new(config: &FreeSpaceConfig, max_stop_s: f64) -> Self {
         Self {
             grid: RollingGrid::new(
                 config.evidence_cell_m,
@@ -65,7 +65,7 @@ impl EvidenceGrid {
                 (config.evidence_memory_s * 1e3) as u32,
             ),
             reach_m: config.evidence_reach_m,
-            stopped_ms: (config.stopped_object_s * 1e3) as u32,
+            stopped_ms: (max_stop_s * 1e3) as u32,
         }
     }
 

@@ -20,6 +20,8 @@ pub struct Declaration {
     pub is_changeable: bool,
     /// The setting of another parameter without which it is not read.
     pub read_with: Option<Setting>,
+    /// What it was called before, with its groups: accepted, with a warning.
+    pub former_name: Option<&'static str>,
 }
 
 /// The values of a parameter.
@@ -70,7 +72,15 @@ impl Declaration {
     #[must_use]
     pub const fn new<T: Parameter>(name: &'static str, doc: &'static str) -> Self {
         let doc = doc.trim_ascii();
-        Self { name, doc, kind: T::KIND, range: T::RANGE, is_changeable: false, read_with: None }
+        Self {
+            name,
+            doc,
+            kind: T::KIND,
+            range: T::RANGE,
+            is_changeable: false,
+            read_with: None,
+            former_name: None,
+        }
     }
 
     /// Its members have their names without the group's.
@@ -100,6 +110,13 @@ impl Declaration {
     #[must_use]
     pub const fn read_with(mut self, name: &'static str, value: &'static str) -> Self {
         self.read_with = Some(Setting { name, value });
+        self
+    }
+
+    /// It was called something else before.
+    #[must_use]
+    pub const fn formerly(mut self, name: &'static str) -> Self {
+        self.former_name = Some(name);
         self
     }
 

@@ -21,6 +21,7 @@ mod tree;
 
 use std::path::Path;
 
+use geometry::parameter::{Declaration, Parameters, all_parameters};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -82,7 +83,7 @@ pub fn load<P>(
     assignments: &[Assignment],
 ) -> Result<P, ParameterError>
 where
-    P: Serialize + DeserializeOwned + Default,
+    P: Parameters + Serialize + DeserializeOwned + Default,
 {
     let files = files.iter().map(|path| ParameterSource::File(path.as_ref().to_owned()));
     let assignments = assignments.iter().map(|one| ParameterSource::Assignment {
@@ -101,7 +102,7 @@ pub(crate) fn of_node<P>(
     sources: &[ParameterSource],
 ) -> Result<P, ParameterError>
 where
-    P: Serialize + DeserializeOwned + Default,
+    P: Parameters + Serialize + DeserializeOwned + Default,
 {
     from_sources(&node.full_name(), node.name(), sources)
 }
@@ -135,11 +136,15 @@ fn from_sources<P>(
     sources: &[ParameterSource],
 ) -> Result<P, ParameterError>
 where
-    P: Serialize + DeserializeOwned + Default,
+    P: Parameters + Serialize + DeserializeOwned + Default,
 {
     let mut overlay = Overlay::<P>::new()?;
     let mut ignored = Vec::new();
-    for_each_value(full_name, short_name, sources, |given| {
+    for_each_value(full_name, short_name, sources, |mut given| {
+        if let Some(name) = name_now(P::DECLARATIONS, &given.key) {
+            tracing::warn!("parameter {} {}: it is called {name} now", given.key, given.origin);
+            given.key = name;
+        }
         if overlay.has(&given.key) {
             return overlay.set(&given.key, given.value, given.origin);
         }
@@ -159,6 +164,12 @@ where
         );
     }
     Ok(overlay.finish())
+}
+
+/// The name of the parameter that was called so before.
+fn name_now(declarations: &[Declaration], former_name: &str) -> Option<String> {
+    let mut all = all_parameters(declarations).into_iter();
+    all.find(|one| one.declaration.former_name == Some(former_name)).map(|one| one.name)
 }
 
 /// The parameters that every node has.

@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use detection::DetectionConfig;
 use detection::shell::{ColourInput, DetectionParameters, PoseInput};
+use geometry::parameter::Parameters;
 use geometry::{Method, PipelineConfig};
 use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
@@ -296,7 +297,7 @@ fn section(node: &str, parameters: &impl Serialize) -> Result<String, Failure> {
 
 fn load<P>(node: &str, files: &[PathBuf]) -> Result<P, Failure>
 where
-    P: Serialize + DeserializeOwned + Default,
+    P: Parameters + Serialize + DeserializeOwned + Default,
 {
     parameters::load(&format!("/{node}"), files, &[] as &[Assignment])
         .map_err(|error| Failure::new(error.to_string()))

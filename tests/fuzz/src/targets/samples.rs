@@ -190,6 +190,7 @@ pub(super) fn detected_cycle() -> DetectedCycle {
             method: Method::FreeSpace,
             voxel_edge_m: 0.05,
             map_edge_m: 0.02,
+            max_stop_s: 60.0,
             mounts: RigMounts { rig_from_camera: pose, rig_from_lidar: pose },
         },
         scan_stamp: STAMP,

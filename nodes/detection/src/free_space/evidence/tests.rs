@@ -2,7 +2,7 @@ use super::super::testing::{StaticPlatform, static_scan};
 use super::*;
 
 fn evidence() -> EvidenceGrid {
-    EvidenceGrid::new(&FreeSpaceConfig::default())
+    EvidenceGrid::new(&FreeSpaceConfig::default(), 60.0)
 }
 
 /// Adds `cycles` scans with these ranges, from time `from_ms` on.

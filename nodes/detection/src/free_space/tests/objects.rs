@@ -1,10 +1,10 @@
 use std::f64::consts::FRAC_PI_4;
 
-use geometry::{DynamicZone, ZoneSource};
+use geometry::{DynamicZone, PipelineConfig, ZoneSource};
 
 use super::super::testing::{PERIOD_S, Wall, cuboid, room};
 use super::world::{World, seen_from};
-use crate::{DetectionConfig, FreeSpaceConfig};
+use crate::DetectionConfig;
 
 const WIDTH_M: f64 = 0.4;
 
@@ -114,8 +114,8 @@ fn several_objects_have_a_zone_each_and_crossing_ones_are_never_lost() {
 
 #[test]
 fn an_object_that_stops_stays_until_it_is_background() {
-    let free_space = FreeSpaceConfig { stopped_object_s: 12.0, ..FreeSpaceConfig::default() };
-    let config = DetectionConfig { free_space, ..DetectionConfig::default() };
+    let pipeline = PipelineConfig { max_stop_s: 12.0, ..PipelineConfig::default() };
+    let config = DetectionConfig { pipeline, ..DetectionConfig::default() };
     let mut world = World::with(config, 3);
     world.look(&room(), 20);
     let stands_at = [2.5, 0.2];

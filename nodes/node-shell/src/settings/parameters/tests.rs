@@ -1,3 +1,4 @@
+use geometry::parameter::{Kind, Parameter};
 use serde::Deserialize;
 
 use super::*;
@@ -43,6 +44,29 @@ impl Default for Parameters {
         }
     }
 }
+
+/// What these tests load is not declared: its form alone counts.
+macro_rules! undeclared {
+    ($struct:ty) => {
+        impl Parameter for $struct {
+            const KIND: Kind = Kind::Group { members: &[], is_flat: false };
+
+            fn check(&self, _: &'static Declaration) -> Result<(), geometry::ParameterError> {
+                Ok(())
+            }
+        }
+
+        impl geometry::parameter::Parameters for $struct {
+            const DECLARATIONS: &'static [Declaration] = &[];
+
+            fn validate(&self) -> Result<(), geometry::ParameterError> {
+                Ok(())
+            }
+        }
+    };
+}
+
+undeclared!(Parameters);
 
 fn assigned(assignments: &[(&str, &str)]) -> Result<Parameters, ParameterError> {
     let assignments: Vec<_> = assignments
@@ -273,6 +297,27 @@ fn sections_of_one_node_add_up_and_its_own_wins() {
     assert_eq!(read.topics, ["a", "b", "true"]);
 }
 
+/// A parameter that has another name now is taken by its former one, from files and from the command line.
+#[test]
+fn a_former_name_is_accepted() {
+    geometry::parameters! {
+        #[derive(Clone, PartialEq, Debug)]
+        struct Stop {
+            /// A time.
+            max_stop_s: f64 = 60.0, formerly("stopped_object_s");
+        }
+    }
+    let stop = |name: &str| {
+        let assignments = [Assignment { name: name.to_owned(), value: "10".to_owned() }];
+        load::<Stop>("/n", &[] as &[&Path], &assignments).map(|read| read.max_stop_s)
+    };
+    assert_eq!((stop("max_stop_s").unwrap(), stop("stopped_object_s").unwrap()), (10.0, 10.0));
+    assert!(stop("stopped_s").is_err());
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), "/**: {ros__parameters: {stopped_object_s: 20.0}}").unwrap();
+    assert_eq!(load::<Stop>("/n", &[file.path()], &[]).unwrap().max_stop_s, 20.0);
+}
+
 #[test]
 fn lists_are_of_every_type() {
     #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
@@ -282,6 +327,7 @@ fn lists_are_of_every_type() {
         lengths: Vec<f64>,
         names: Vec<String>,
     }
+    undeclared!(Lists);
     let file = tempfile::NamedTempFile::new().unwrap();
     let text = "n:\n  ros__parameters:\n    flags: [true, no]\n    counts:\n    - 1\n    - -2\n    \
                 lengths: [1, 2.5, 1e3]\n    names: []\n";

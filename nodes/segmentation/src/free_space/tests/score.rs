@@ -206,6 +206,7 @@ impl Run<'_> {
             );
             let map_from_rig = map_from_room * room_from_rig * error;
             let mut view = look(&solids, index, &room_from_rig, map_from_rig, &mut random);
+            view.cycle.setup = self.config.pipeline.setup();
             if index % 5 == 4 || !(self.is_zoned)(time_s) {
                 view.cycle.zones.clear();
             }

@@ -1,5 +1,7 @@
 //! Objects that stop, for a while or for good.
 
+use geometry::PipelineConfig;
+
 use super::*;
 
 /// Walks in, stands from 3.5 s to 13.5 s, and goes on.
@@ -20,8 +22,8 @@ fn an_object_that_pauses_stays_dynamic_without_any_zone() {
 #[test]
 fn an_object_that_stays_beyond_the_longest_stop_becomes_static() {
     let is_walking = |time_s: f64| !(3.6..13.5).contains(&time_s);
-    let free_space = FreeSpaceConfig { max_stop_s: 3.0, ..FreeSpaceConfig::default() };
-    let short = SegmentationConfig { free_space, ..config() };
+    let pipeline = PipelineConfig { max_stop_s: 3.0, ..PipelineConfig::default() };
+    let short = SegmentationConfig { pipeline, ..config() };
     let pause = Run { config: short, is_zoned: &is_walking, ..run(furnished(), &pausing, 90) };
     let score = pause.score(9);
     // At 5 s it stands there and is dynamic; from 8 s on it is not, and stays so.
@@ -35,8 +37,8 @@ fn what_stands_where_it_stood_at_an_earlier_look_has_stayed_meanwhile() {
     let walks_in = |time_s: f64| walker(1, 2.6, across_m(time_s.min(3.5), -2.5, 1.0));
     let looks_away = |time_s: f64| (5.0..14.0).contains(&time_s);
     let rig = |time_s: f64| rig_at(0.0, 0.0, if looks_away(time_s) { 2.5 } else { 0.0 });
-    let free_space = FreeSpaceConfig { max_stop_s: 8.0, ..FreeSpaceConfig::default() };
-    let short = SegmentationConfig { free_space, ..config() };
+    let pipeline = PipelineConfig { max_stop_s: 8.0, ..PipelineConfig::default() };
+    let short = SegmentationConfig { pipeline, ..config() };
     let looks = Run { config: short, room_from_rig: &rig, ..run(furnished(), &walks_in, 110) };
     let cut = looks.score(9).cut_of_cycle;
     let cycle = |time_s: f64| (time_s / CYCLE_S) as usize;
