@@ -29,6 +29,10 @@ use crate::{FreeSpaceConfig, Step};
 /// A stamp so much before the last one is the start of another run, not a late message.
 const ANOTHER_RUN_S: f64 = 1.0;
 
+/// What was put down and left by who moved it is static after this share of the longest stop: by default after 10 s, long enough for
+/// who puts a thing down to take it up again.
+const LEFT_SHARE: f64 = 1.0 / 6.0;
+
 /// Finds the points that move by what earlier cycles saw.
 #[derive(Clone, Debug)]
 pub struct FreeSpaceSegmenter {
@@ -108,20 +112,24 @@ impl FreeSpaceSegmenter {
 
         let candidates = Candidates::new(&classes, &points.voxels);
         let expected = self.tracker.predict(stamp);
-        let seeds = seeds_of(&self.config, points, &classes, &candidates, &expected);
+        let has_stopped = |point: usize| self.occupancy.cell(points.voxels[point]).has_stopped();
+        let of_points = (&classes[..], &has_stopped as &dyn Fn(usize) -> bool);
+        let seeds = seeds_of(&self.config, points, of_points, &candidates, &expected);
         observe(Step::Angular);
 
         let mut groups = self.groups(points, &classes, &candidates, (&seeds, &moving_in_place));
         self.hold(points, &mut groups, stamp);
         observe(Step::DepthClustering);
 
-        let seen = CycleView { points, view: self.view, cell_m: self.grid.edge_m() };
-        let TrackerOutput { mut tracks, settled } = self.tracker.update(&seen, &groups);
+        let (view, floor, cell_m) = (self.view, self.floor, self.grid.edge_m());
+        let seen = CycleView { points, view, floor, cell_m };
+        let TrackerOutput { mut tracks, settled, left } = self.tracker.update(&seen, &groups);
         if let Some(map_from_continuous) = &cycle.map_from_continuous {
             tracks.iter_mut().for_each(|track| *track = in_map(track, map_from_continuous));
         }
         observe(Step::Tracking);
 
+        left.iter().for_each(|&point| self.occupancy.leave(points.voxels[point]));
         let mut is_dynamic = vec![false; classes.len()];
         for &point in groups.iter().flat_map(|group| &group.points) {
             is_dynamic[point] = true;
@@ -254,10 +262,14 @@ impl FreeSpaceSegmenter {
 
     /// Notes in the evidence where objects are now, and which of them have stayed in their places, seen or unseen, since long ago.
     fn hold(&mut self, points: &CyclePoints<'_>, groups: &mut [MovingGroup], now: Stamp) {
+        let max_stop_s = points.cycle.setup.max_stop_s;
         for group in groups {
             let has_stayed = |point: &&usize| {
-                let since = self.occupancy.hold_moving(points.voxels[**point]);
-                since.is_some_and(|since| now.seconds_since(since) >= points.cycle.setup.max_stop_s)
+                let voxel = points.voxels[**point];
+                let since = self.occupancy.hold_moving(voxel);
+                let is_left = self.occupancy.cell(voxel).is_left();
+                let longest_s = if is_left { LEFT_SHARE * max_stop_s } else { max_stop_s };
+                since.is_some_and(|since| now.seconds_since(since) >= longest_s)
             };
             group.has_stayed =
                 2 * group.points.iter().filter(has_stayed).count() >= group.points.len();
@@ -281,6 +293,10 @@ impl FreeSpaceSegmenter {
                     && (point.z - seed.z).abs() <= self.config.max_object_height_m
             })
         };
+        let is_beside_stopped = |point: usize| {
+            let mut beside = points.voxels[point].within(1);
+            beside.any(|voxel| self.occupancy.cell(voxel).has_stopped())
+        };
         let is_low_enough = |point: &Point3<f64>| {
             self.floor
                 .is_none_or(|floor| floor.height_above_m(point) <= self.config.max_object_height_m)
@@ -291,20 +307,21 @@ impl FreeSpaceSegmenter {
                 classes[index].is_in_free_space() || (is_low_enough(point) && within_a_body(point))
             })
             .into_iter()
-            .map(|points| {
+            .map(|group| {
                 let is_alone = |point: &&usize| classes[**point].is_apart_from_surfaces();
-                let in_free_space = points.iter().filter(is_alone).count();
+                let in_free_space = group.iter().filter(is_alone).count();
                 MovingGroup {
-                    in_zone: points.iter().any(|&point| seeds.is_of_zone[point]),
-                    in_free_space: 2 * in_free_space >= points.len(),
-                    is_newly_occupied: points
+                    in_zone: group.iter().any(|&point| seeds.is_of_zone[point]),
+                    in_free_space: 2 * in_free_space >= group.len(),
+                    is_newly_occupied: group
                         .iter()
                         .any(|&point| classes[point].is_newly_occupied()),
-                    moves_in_place: points
+                    moves_in_place: group
                         .iter()
                         .any(|point| moving_in_place.binary_search(point).is_ok()),
                     has_stayed: false,
-                    points,
+                    is_beside_stopped: group.iter().any(|&point| is_beside_stopped(point)),
+                    points: group,
                 }
             })
             .collect()

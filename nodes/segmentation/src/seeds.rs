@@ -1,5 +1,7 @@
 //! Where objects are known to be: the points that growth starts from.
 
+use std::ops::RangeInclusive;
+
 use geometry::{DetectedCycle, DynamicZone, ReturnSpan};
 use nalgebra::{Point3, Vector3};
 
@@ -24,6 +26,9 @@ const PARTS_WITHIN_EDGES: f64 = 2.0;
 /// With so many newly occupied points in a zone, the others are left to the growth.
 const MIN_NEWLY_OCCUPIED: usize = 3;
 
+/// So many points in a zone that have stopped for good are no noise.
+const MIN_STOPPED: usize = 3;
+
 /// The points that growth starts from.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Seeds {
@@ -36,12 +41,12 @@ pub struct Seeds {
 }
 
 /// The seeds of a cycle: by its zones, by the objects expected in it, and by the number of points that
-/// are connected in observed free space.
+/// are connected in observed free space. Of the points it is known what they are, and whether what is there has moved and stopped for good.
 #[must_use]
 pub fn seeds_of(
     config: &FreeSpaceConfig,
     points: &CyclePoints<'_>,
-    classes: &[PointClass],
+    (classes, has_stopped): (&[PointClass], &dyn Fn(usize) -> bool),
     candidates: &Candidates<'_>,
     expected: &[Prediction],
 ) -> Seeds {
@@ -54,6 +59,9 @@ pub fn seeds_of(
         let in_zone = points_in_zone(&azimuths_rad, zone);
         for &point in &in_zone {
             is_in_zone[point] = true;
+        }
+        if is_of_what_has_stopped(cycle, zone, &in_zone, has_stopped) {
+            continue;
         }
         let beside = points_beside(&azimuths_rad, zone, &in_zone, classes);
         for point in zone_seeds(cycle, zone, &[in_zone, beside].concat(), classes) {
@@ -113,6 +121,29 @@ fn seeds_of_object(
     seeds
 }
 
+/// Whether some of what is where the scanner's returns of a zone are, at any height, has stopped for good. The scanner alone does not tell a thing that was put down
+/// from a person who stands, so that detection has a zone on it for longer; what else of it comes into view would be an object.
+fn is_of_what_has_stopped(
+    cycle: &DetectedCycle,
+    zone: &DynamicZone,
+    in_zone: &[usize],
+    has_stopped: &dyn Fn(usize) -> bool,
+) -> bool {
+    let Some(span) = span_m(cycle, zone) else { return false };
+    let is_hit = |&&index: &&usize| {
+        let point = &cycle.reduced_cloud.points_m[index];
+        span.contains(&f64::from(point.x.hypot(point.y)))
+    };
+    in_zone.iter().filter(is_hit).filter(|&&index| has_stopped(index)).count() >= MIN_STOPPED
+}
+
+/// The distances of what the scanner's returns of a zone may have hit.
+fn span_m(cycle: &DetectedCycle, zone: &DynamicZone) -> Option<RangeInclusive<f64>> {
+    let tolerance_m = RANGE_TOLERANCE_CELLS * cycle.setup.voxel_edge_m;
+    let ReturnSpan { nearest_m, farthest_m } = zone.returns?;
+    Some(f64::from(nearest_m) - tolerance_m..=f64::from(farthest_m) + tolerance_m)
+}
+
 /// The points of a zone that the moving returns are of.
 fn zone_seeds(
     cycle: &DetectedCycle,
@@ -123,10 +154,8 @@ fn zone_seeds(
     let point = |index: usize| &cycle.reduced_cloud.points_m[index];
     let moving: Vec<usize> =
         in_zone.iter().copied().filter(|&index| classes[index] != PointClass::Background).collect();
-    let at_range: Vec<usize> = match zone.returns {
-        Some(ReturnSpan { nearest_m, farthest_m }) => {
-            let tolerance_m = RANGE_TOLERANCE_CELLS * cycle.setup.voxel_edge_m;
-            let span = f64::from(nearest_m) - tolerance_m..=f64::from(farthest_m) + tolerance_m;
+    let at_range: Vec<usize> = match span_m(cycle, zone) {
+        Some(span) => {
             let distance_m = |index: usize| f64::from(point(index).x.hypot(point(index).y));
             moving.into_iter().filter(|&index| span.contains(&distance_m(index))).collect()
         }

@@ -7,7 +7,10 @@
 //! the predicted one while nothing is visible.
 
 mod clusters;
+mod footprint;
+mod hinge;
 mod kalman;
+mod left_behind;
 mod observation;
 #[cfg(test)]
 mod tests;
@@ -20,6 +23,7 @@ use nalgebra::{Point3, Vector3};
 pub use self::observation::CycleView;
 
 use self::clusters::clusters;
+use self::left_behind::{Pair, find_left, was_with};
 use self::observation::{Observation, is_hidden};
 use self::tracked_object::{GATE, MotionEvidence, TrackedObject};
 use crate::FreeSpaceConfig;
@@ -49,6 +53,8 @@ pub struct MovingGroup {
     pub moves_in_place: bool,
     /// Whether in at least half of its places something that moves has been for so long that it is static.
     pub has_stayed: bool,
+    /// Whether any of it is beside what has stopped for good.
+    pub is_beside_stopped: bool,
 }
 
 /// Where a tracked object is predicted to be.
@@ -70,6 +76,8 @@ pub struct TrackerOutput {
     pub tracks: Vec<Track>,
     /// Points of objects that have stopped for good, and of what objects that are none had: they are background from now on.
     pub settled: Vec<usize>,
+    /// Points of things that were left by who moved them.
+    pub left: Vec<usize>,
 }
 
 /// Follows the objects.
@@ -77,6 +85,9 @@ pub struct TrackerOutput {
 pub struct Tracker {
     config: FreeSpaceConfig,
     objects: Vec<TrackedObject>,
+    /// Objects that were one, and of which neither has gone from the other.
+    pairs: Vec<Pair>,
+    next_key: u32,
     next_id: u32,
     last: Option<Stamp>,
     now_s: f64,
@@ -86,7 +97,15 @@ impl Tracker {
     /// A tracker that has seen nothing.
     #[must_use]
     pub fn new(config: FreeSpaceConfig) -> Self {
-        Self { config, objects: Vec::new(), next_id: 0, last: None, now_s: 0.0 }
+        Self {
+            config,
+            objects: Vec::new(),
+            pairs: Vec::new(),
+            next_key: 0,
+            next_id: 0,
+            last: None,
+            now_s: 0.0,
+        }
     }
 
     /// Forgets every object. Ids continue: none is used again.
@@ -125,9 +144,11 @@ impl Tracker {
                 is_newly_occupied: count(|group| group.is_newly_occupied) > 0,
                 moves_in_place: 2 * count(|group| group.moves_in_place) >= points.len(),
                 has_stayed: 2 * count(|group| group.has_stayed) >= points.len(),
+                is_beside_stopped: count(|group| group.is_beside_stopped) > 0,
             }
         };
         let observations = self.observations(cycle, groups);
+        let before = self.objects.clone();
         let given = assign(self.objects.len(), observations.len(), GATE, |row, column| {
             self.objects[row].distance2(&observations[column])
         });
@@ -150,16 +171,18 @@ impl Tracker {
             }
         }
         self.join_parts(&observations, &given);
+        find_left(&mut self.pairs, &mut self.objects);
+        let left = self.left(&observations, &given);
         let settled = self.settle(&observations, &given, |points| evidence_of(points).has_stayed);
         self.end();
         for (observation, _) in observations.iter().zip(&is_taken).filter(|(_, taken)| !**taken) {
-            self.begin(observation, cycle.cell_m, evidence_of(&observation.points));
+            self.begin(observation, cycle.cell_m, evidence_of(&observation.points), &before);
         }
         self.number();
         let mut tracks: Vec<Track> =
             self.objects.iter().filter_map(|object| object.track(self.now_s)).collect();
         tracks.sort_by_key(|track| track.id);
-        TrackerOutput { tracks, settled }
+        TrackerOutput { tracks, settled, left }
     }
 
     /// The groups as objects: fragments joined, crossing objects parted by where they are expected.
@@ -197,6 +220,13 @@ impl Tracker {
         }
     }
 
+    /// The points of what was left by who moved it.
+    fn left(&self, observations: &[Observation], given: &[Option<usize>]) -> Vec<usize> {
+        let seen = self.objects.iter().zip(given).filter(|(object, _)| object.is_left());
+        let seen = seen.filter_map(|(_, given)| observations.get((*given)?));
+        seen.filter(|seen| seen.is_no_person()).flat_map(|seen| &seen.points).copied().collect()
+    }
+
     /// Drops the objects that have stopped for good, or that nothing shows to move, and returns which points they had.
     fn settle(
         &mut self,
@@ -207,7 +237,8 @@ impl Tracker {
         let mut settled = Vec::new();
         for (object, given) in self.objects.iter_mut().zip(given) {
             let points = given.map_or(&[][..], |index| &observations[index].points);
-            let stays = !points.is_empty() && has_stayed(points);
+            let rests = object.is_leaf_at_rest(self.now_s, self.config.min_background_s);
+            let stays = !points.is_empty() && (rests || has_stayed(points));
             if stays || object.unconfirmed_s(self.now_s) > MAX_UNCONFIRMED_S {
                 object.end();
                 settled.extend(points);
@@ -223,15 +254,29 @@ impl Tracker {
         });
     }
 
-    fn begin(&mut self, observation: &Observation, cell_m: f64, evidence: MotionEvidence) {
+    fn begin(
+        &mut self,
+        observation: &Observation,
+        cell_m: f64,
+        evidence: MotionEvidence,
+        before: &[TrackedObject],
+    ) {
         // Else only the expectation of another object claims it: what that uncovers is none.
         let shows_motion = evidence.is_newly_occupied || evidence.in_zone;
         let fragment = observation.is_split
             || observation.points.len() < MIN_BIRTH_POINTS
             || self.objects.iter().any(|object| object.covers(observation));
         if shows_motion && !fragment && self.objects.len() < self.config.max_tracks {
-            let mut object = TrackedObject::new(observation, self.now_s, cell_m);
+            let key = self.next_key;
+            self.next_key = key.wrapping_add(1);
+            let companions = before.iter().filter(|object| was_with(object, &observation.centre_m));
+            self.pairs.extend(companions.map(|object| Pair([object.key, key])));
+            let mut object = TrackedObject::new(key, observation, self.now_s, cell_m);
             object.add_motion_evidence(evidence, self.now_s);
+            if evidence.is_beside_stopped {
+                // Another side of a thing that was left, which comes into view.
+                object.leave();
+            }
             self.objects.push(object);
         }
     }

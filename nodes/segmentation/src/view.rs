@@ -1,10 +1,10 @@
-//! How far the camera sees to the sides, in slopes: how far to the left a ray goes for each metre forward in the rig.
+//! How far the camera sees to the sides and up, in slopes: how far to the left, or up, a ray goes for each metre forward in the rig.
 
 use nalgebra::Point3;
 
 use crate::cycle_points::{CyclePoints, slopes_of};
 
-/// The right and the left border of the view. The image has more columns than some cameras ever measure in, so it is the widest
+/// The right, the left and the upper border of the view. The image has more columns than some cameras ever measure in, so it is the widest
 /// that points showed.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct View {
@@ -12,11 +12,13 @@ pub struct View {
     pub right: f64,
     /// The slope of its left border.
     pub left: f64,
+    /// The slope of its upper border.
+    pub top: f64,
 }
 
 impl Default for View {
     fn default() -> Self {
-        Self { right: f64::INFINITY, left: f64::NEG_INFINITY }
+        Self { right: f64::INFINITY, left: f64::NEG_INFINITY, top: f64::NEG_INFINITY }
     }
 }
 
@@ -26,6 +28,7 @@ impl View {
         for slopes in points.slopes.iter().flatten() {
             self.right = self.right.min(slopes.x);
             self.left = self.left.max(slopes.x);
+            self.top = self.top.max(slopes.y);
         }
     }
 

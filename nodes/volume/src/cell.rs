@@ -48,6 +48,19 @@ impl PassesPerHit {
     const OF_MEANS: Self = Self { where_free: 15, where_occupied: 5 };
 }
 
+/// What of something that moves, or moved, is in a cell.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+enum Held {
+    #[default]
+    Nothing,
+    /// It moves, or may go on: it was here, and no pass came after it.
+    Moving,
+    /// The same, of a thing that was put here, and left.
+    Left,
+    /// It has stopped for good, and is background.
+    Stopped,
+}
+
 /// The evidence on a cell. Times are ticks of the caller, from 1 on and later with each cycle; 0 means never.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Cell {
@@ -60,8 +73,7 @@ pub struct Cell {
     passes: u8,
     /// How often hits began: the first time, and after a pass.
     runs: u8,
-    /// Whether something that moves is here: it was, and no pass came after it.
-    holds_moving: bool,
+    held: Held,
 }
 
 // Grids are sized by it.
@@ -74,7 +86,7 @@ impl Cell {
         if self.seen == now {
             return;
         }
-        if self.hits == 0 && !self.holds_moving {
+        if self.hits == 0 && !self.holds_moving() {
             self.occupied_since = now;
         }
         if self.last_hit != self.seen || self.hits == 0 {
@@ -91,7 +103,11 @@ impl Cell {
         if self.seen == now {
             return;
         }
-        (self.seen, self.holds_moving) = (now, false);
+        self.seen = now;
+        // A pass shows that what moved is gone; what has stopped is background, which is gone after many.
+        if self.held != Held::Stopped || self.hits == 0 {
+            self.held = Held::Nothing;
+        }
         if self.hits == 0 {
             self.passes = (self.passes + 1).min(MOST_CYCLES - 1);
         } else {
@@ -104,10 +120,33 @@ impl Cell {
     /// without a pass in between: what has been here for long is static ([`Self::take_for_occupied`]).
     pub fn hold_moving(&mut self, now: u32) -> u32 {
         self.seen = now;
-        if !self.holds_moving {
-            (self.holds_moving, self.occupied_since) = (true, now);
+        if !self.holds_moving() {
+            (self.held, self.occupied_since) = (Held::Moving, now);
         }
         self.occupied_since
+    }
+
+    /// What is here was put here, and who did it has left.
+    pub fn leave(&mut self) {
+        if self.held == Held::Moving {
+            self.held = Held::Left;
+        }
+    }
+
+    /// Whether what is here was put here and left.
+    #[must_use]
+    pub fn is_left(&self) -> bool {
+        self.held == Held::Left
+    }
+
+    /// Whether what is here has moved, and has stopped for good.
+    #[must_use]
+    pub fn has_stopped(&self) -> bool {
+        self.held == Held::Stopped && self.state() == CellState::Occupied
+    }
+
+    fn holds_moving(&self) -> bool {
+        matches!(self.held, Held::Moving | Held::Left)
     }
 
     /// Forgets evidence that was not renewed for more than `memory` ticks.
@@ -131,7 +170,7 @@ impl Cell {
             hits,
             runs: self.runs + other.runs,
             passes: if hits == 0 { passes.min(MOST_CYCLES - 1) } else { passes },
-            holds_moving: self.holds_moving || other.holds_moving,
+            held: self.held.max(other.held),
         };
         if hits > 0 {
             joined.fade();
@@ -152,7 +191,7 @@ impl Cell {
         *self = Self { passes: self.passes.max(LEAST_PASSES), seen: self.seen, ..Self::default() };
     }
 
-    /// Sets it to occupied since this time.
+    /// Sets it to occupied since this time: what moved has stopped here for good.
     pub fn take_for_occupied(&mut self, since: u32, now: u32) {
         *self = Self {
             occupied_since: since,
@@ -160,6 +199,7 @@ impl Cell {
             seen: now,
             hits: MOST_CYCLES / 2,
             runs: 1,
+            held: Held::Stopped,
             ..Self::default()
         };
     }
@@ -237,7 +277,7 @@ impl Cell {
 
     /// Whether further passes cannot change it: then it can be merged with its neighbours.
     pub(crate) fn is_free_for_long(&self) -> bool {
-        self.hits == 0 && self.passes == MOST_CYCLES - 1 && !self.holds_moving
+        self.hits == 0 && self.passes == MOST_CYCLES - 1 && self.held == Held::Nothing
     }
 
     /// The cell that replaces two that have long been free.
@@ -314,6 +354,26 @@ mod tests {
         cell.pass(60);
         assert_eq!(cell.hold_moving(61), 61);
         assert_eq!((cell.hits(), cell.passes()), (1, 5));
+    }
+
+    #[test]
+    fn what_was_left_is_so_until_a_pass_and_what_has_stopped_until_it_is_gone() {
+        let mut cell = after(&[(false, 4)]);
+        cell.leave();
+        assert!(!cell.is_left(), "nothing is here");
+        for now in 5..8 {
+            cell.hold_moving(now);
+            cell.leave();
+            assert_eq!((cell.hold_moving(now), cell.is_left()), (5, true));
+        }
+        cell.take_for_occupied(5, 8);
+        assert_eq!((cell.is_left(), cell.has_stopped()), (false, true));
+        cell.hit(9);
+        assert!(cell.has_stopped());
+        cell.pass(10);
+        assert!(cell.has_stopped(), "a single pass may be an error");
+        (11..300).for_each(|now| cell.pass(now));
+        assert!(!cell.has_stopped());
     }
 
     #[test]

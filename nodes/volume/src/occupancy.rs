@@ -145,6 +145,11 @@ impl Occupancy {
         since.and_then(|since| self.ticks.stamp(since))
     }
 
+    /// What was found in a voxel by [`Self::hold_moving`] was put there, and who did it has left.
+    pub fn leave(&mut self, voxel: VoxelKey) {
+        self.change(voxel, Cell::leave);
+    }
+
     /// Sets a voxel to unknown.
     pub fn forget(&mut self, voxel: VoxelKey) {
         self.change(voxel, |cell| *cell = Cell::default());

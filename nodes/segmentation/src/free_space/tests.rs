@@ -14,7 +14,7 @@ use geometry::PipelineConfig;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use self::room::{
-    CAMERA_M, CYCLE_S, Solid, frame_of_squares, furnished, look, person, rig_at, robot,
+    CAMERA_M, CYCLE_S, Solid, frame_of_squares, furnished, look, person, rig_at, robot, solid,
     table_in_front,
 };
 use self::score::{Run, Score};

@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Vector2, Vector3};
 
+use super::footprint::Footprint;
 use crate::cycle_points::{CyclePoints, MIN_SLOPE_DEPTH_M, slopes_of};
+use crate::floor::Floor;
 use crate::view::View;
 
 /// What the camera sees in one cycle.
@@ -10,14 +12,18 @@ use crate::view::View;
 pub struct CycleView<'a> {
     /// The points.
     pub points: &'a CyclePoints<'a>,
-    /// How far it sees to the sides.
+    /// How far it sees to the sides, and up.
     pub view: View,
+    /// The floor, where it is known.
+    pub floor: Option<Floor>,
     /// The edge of a voxel.
     pub cell_m: f64,
 }
 
 /// Something nearer by this hides what is behind it; less is the depth of the object itself.
 const HIDING_M: f64 = 0.3;
+/// The shoulders of a person who stands are higher: 1.2 m are those of the shortest twentieth of women (DIN 33402-2).
+const LOW_M: f64 = 1.2;
 
 /// The visible surface of an object.
 #[derive(Clone, PartialEq, Debug)]
@@ -38,6 +44,10 @@ pub(super) struct Observation {
     pub(super) right: End,
     /// Its distance from the camera.
     pub(super) distance_m: f64,
+    /// It from above.
+    pub(super) footprint: Option<Footprint>,
+    /// Whether all of it is lower than a person who stands.
+    is_low: bool,
     /// Whether predictions cut it out of a larger group.
     pub(super) is_split: bool,
 }
@@ -85,6 +95,13 @@ impl Observation {
         let voxel_slope = cycle.cell_m / towards.norm().max(MIN_SLOPE_DEPTH_M);
         right.is_cut = right.slope <= cycle.view.right + voxel_slope;
         left.is_cut = left.slope >= cycle.view.left - voxel_slope;
+        // What the upper border of the image cuts may be higher.
+        let is_low = cycle.floor.is_some_and(|floor| {
+            seen.iter().all(|Seen { slope, in_map_m, .. }| {
+                floor.height_above_m(in_map_m) <= LOW_M && slope.y < cycle.view.top - voxel_slope
+            })
+        });
+        let places_m: Vec<&Point3<f64>> = seen.iter().map(|one| &one.in_map_m).collect();
         let half_a_voxel_m = Vector3::repeat(0.5 * cycle.cell_m);
         Some(Self {
             points,
@@ -98,8 +115,15 @@ impl Observation {
             left,
             right,
             distance_m: towards.norm(),
+            footprint: Footprint::of(&places_m),
+            is_low,
             is_split,
         })
+    }
+
+    /// Whether it has a shape that no person has who stands: low, or an upright plane.
+    pub(super) fn is_no_person(&self) -> bool {
+        self.is_low || self.footprint.is_some_and(|footprint| footprint.is_flat())
     }
 
     /// Marks the ends at which `other` hides this.

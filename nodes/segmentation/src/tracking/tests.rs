@@ -29,6 +29,7 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
             is_newly_occupied: true,
             moves_in_place: false,
             has_stayed: false,
+            is_beside_stopped: false,
         });
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);
@@ -58,7 +59,7 @@ fn points_of(cycle: &DetectedCycle) -> CyclePoints<'_> {
 fn seen<'a>(points: &'a CyclePoints<'a>) -> CycleView<'a> {
     let mut view = View::default();
     view.widen(points);
-    CycleView { points, view, cell_m: CELL_M }
+    CycleView { points, view, floor: None, cell_m: CELL_M }
 }
 
 fn update(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
@@ -172,7 +173,8 @@ fn what_hangs_above_a_group_belongs_to_it_and_what_stands_beside_it_does_not() {
             .map(|point: Point3<f64>| point.cast())
             .collect();
         let points = points_of(&cycle);
-        let cloud = CycleView { points: &points, view: View::default(), cell_m: CELL_M };
+        let cloud =
+            CycleView { points: &points, view: View::default(), floor: None, cell_m: CELL_M };
         super::clusters::clusters(&cloud, &[&[0, 1, 2, 3], &[4, 5, 6, 7]], &[]).len()
     };
     assert_eq!(objects((2.3, -1.1), (2.0, 0.1)), 1, "the screen before and above its base");

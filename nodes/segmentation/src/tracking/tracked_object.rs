@@ -4,6 +4,7 @@ use geometry::Track;
 use nalgebra::{Matrix2, Matrix3, Point3, Vector3};
 
 use super::Prediction;
+use super::hinge::Hinge;
 use super::kalman::Filter;
 use super::observation::{Observation, Reach};
 use crate::FreeSpaceConfig;
@@ -41,10 +42,14 @@ pub(super) struct MotionEvidence {
     pub(super) moves_in_place: bool,
     /// Most of it is of groups that have stayed in their places.
     pub(super) has_stayed: bool,
+    /// Some of it is beside what has stopped for good.
+    pub(super) is_beside_stopped: bool,
 }
 
 #[derive(Clone, Debug)]
 pub(super) struct TrackedObject {
+    /// Which it is among all that there were.
+    pub(super) key: u32,
     /// Its number, once it has passed its trial.
     pub(super) id: Option<u32>,
     /// The body's fixed point.
@@ -74,6 +79,10 @@ pub(super) struct TrackedObject {
     /// The place that it has not left since `stopped_since_s`.
     stopped_at_m: Point3<f64>,
     stopped_since_s: f64,
+    /// Whether it turns about its hinges.
+    hinge: Hinge,
+    /// Whether who moved it has left it.
+    is_left: bool,
     /// Something shows that it moves, or moved.
     has_moved: bool,
     /// When it was last seen to move, or in a place that was empty before.
@@ -82,11 +91,12 @@ pub(super) struct TrackedObject {
 }
 
 impl TrackedObject {
-    pub(super) fn new(observation: &Observation, now_s: f64, cell_m: f64) -> Self {
+    pub(super) fn new(key: u32, observation: &Observation, now_s: f64, cell_m: f64) -> Self {
         let centre_m = observation.centre_m;
         let centre_along_m = observation.across.dot(&centre_m.coords);
         let is_whole = !observation.left.is_cut && !observation.right.is_cut;
         Self {
+            key,
             id: None,
             filter: Filter::at(&centre_m, &noise_m2(observation, cell_m)),
             seen_at_m: centre_m,
@@ -109,6 +119,8 @@ impl TrackedObject {
             first_position_m: centre_m,
             stopped_at_m: centre_m,
             stopped_since_s: now_s,
+            hinge: Hinge::default(),
+            is_left: false,
             has_moved: false,
             confirmed_s: now_s,
             is_ended: false,
@@ -192,7 +204,36 @@ impl TrackedObject {
         self.is_in_view = true;
         if (self.filter.position_m() - self.stopped_at_m).xy().norm() > STAY_M {
             (self.stopped_at_m, self.stopped_since_s) = (self.filter.position_m(), now_s);
+            self.is_left = false;
         }
+        self.hinge.see(observation.footprint, now_s);
+    }
+
+    /// Whether it is a leaf on hinges that has been at rest for so long.
+    pub(super) fn is_leaf_at_rest(&self, now_s: f64, for_s: f64) -> bool {
+        self.hinge.rested_s(now_s).is_some_and(|rested_s| rested_s >= for_s)
+    }
+
+    /// Whether who moved it has left it, and it has not moved since.
+    pub(super) fn is_left(&self) -> bool {
+        self.is_left
+    }
+
+    /// Who moved it has left it.
+    pub(super) fn leave(&mut self) {
+        self.is_left = true;
+    }
+
+    /// Since when it has been in the place where it is.
+    pub(super) fn stopped_since_s(&self) -> f64 {
+        self.stopped_since_s
+    }
+
+    /// How far, from above, a place is outside of the box of what is seen of it.
+    pub(super) fn gap_m(&self, place_m: &Point3<f64>) -> f64 {
+        let offset_m = place_m - self.visible_centre_m();
+        let Reach { down_m, up_m } = self.reach_m;
+        (offset_m - up_m).sup(&(down_m - offset_m)).sup(&Vector3::zeros()).xy().norm()
     }
 
     /// All of it is in view: the fixed point becomes the centre, and the ends learn where it is.

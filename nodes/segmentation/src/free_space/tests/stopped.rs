@@ -46,3 +46,38 @@ fn what_stands_where_it_stood_at_an_earlier_look_has_stayed_meanwhile() {
     // It is found once, and has stayed; noise puts a few points beside it.
     assert!(cut[cycle(14.0) + 3..].iter().all(|cut| *cut <= 10), "{cut:?}");
 }
+
+/// Comes in with something beside him, stops for half a second, and goes on without it.
+fn leaving(beside: fn(f64) -> Vec<Solid>) -> impl Fn(f64) -> Vec<Solid> {
+    move |time_s| {
+        let (goes_on_s, other_s) = ((time_s - 4.0).max(0.0), time_s.min(3.5));
+        let mut solids = walker(1, 2.6, across_m(other_s + goes_on_s, -2.5, 1.0));
+        solids.extend(beside(across_m(other_s, -2.5, 1.0)));
+        solids
+    }
+}
+
+/// The points that were cut in each cycle of who leaves something, where 12 s are the longest stop, and so are 2 s of what is left.
+fn cut_of(beside: fn(f64) -> Vec<Solid>) -> Vec<usize> {
+    let moving = leaving(beside);
+    let pipeline = PipelineConfig { max_stop_s: 12.0, ..PipelineConfig::default() };
+    let config = SegmentationConfig { pipeline, ..config() };
+    Run { config, ..run(furnished()[..4].to_vec(), &moving, 90) }.score(9).cut_of_cycle
+}
+
+#[test]
+fn what_was_carried_in_and_left_is_static_sooner_than_who_stands() {
+    let crate_beside = |y_m: f64| vec![solid(2, [2.1, y_m - 0.25, 0.0], [2.45, y_m + 0.25, 0.8])];
+    let cycle = |time_s: f64| (time_s / CYCLE_S) as usize;
+    let cut = cut_of(crate_beside);
+    assert!(cut[cycle(4.5)] > 50, "{cut:?}");
+    assert!(cut[cycle(9.0)..].iter().all(|cut| *cut <= 10), "{cut:?}");
+}
+
+/// Two who come in together and part are like one who leaves a thing, but for their shape.
+#[test]
+fn who_came_in_with_another_and_stands_is_no_thing_that_was_left() {
+    let cycle = |time_s: f64| (time_s / CYCLE_S) as usize;
+    let cut = cut_of(|y_m| walker(2, 2.25, y_m));
+    assert!(cut[cycle(9.0)..].iter().all(|cut| *cut > 50), "{cut:?}");
+}
