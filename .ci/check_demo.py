@@ -4,6 +4,7 @@ Reads the files by itself, with nothing of the project, so that a fault of the w
 """
 
 import json
+import math
 import pathlib
 import struct
 import sys
@@ -18,25 +19,34 @@ MOST_REPORT_BYTES = 6_000_000
 MAP_EDGE_M = 0.02  # the default of map_edge_m
 
 
-def points_of_ply(path):
-    """The points of a binary little-endian PLY of float x y z."""
+# A point of the map, and one that was removed.
+WITH_NORMALS = ("x", "y", "z", "nx", "ny", "nz")
+PLACES = ("x", "y", "z")
+
+
+def rows_of_ply(path, names):
+    """The vertices of a binary little-endian PLY whose properties are these floats."""
     header, _, body = path.read_bytes().partition(b"end_header\n")
     lines = header.decode("ascii").splitlines()
     assert lines[:2] == ["ply", "format binary_little_endian 1.0"], lines[:2]
     count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
-    assert [line for line in lines if line.startswith("property")] == [f"property float {axis}" for axis in "xyz"]
-    assert len(body) == 12 * count, (len(body), count)
-    return list(struct.iter_unpack("<3f", body))
+    assert [line for line in lines if line.startswith("property")] == [f"property float {name}" for name in names], lines
+    return rows_of(body, names, count)
 
 
-def points_of_pcd(path):
-    """The points of a binary PCD of float x y z."""
+def rows_of_pcd(path, names):
+    """The points of a binary PCD whose fields are these floats."""
     header, _, body = path.read_bytes().partition(b"DATA binary\n")
     fields = dict(line.split(" ", 1) for line in header.decode("ascii").splitlines() if not line.startswith("#"))
-    assert fields["FIELDS"] == "x y z" and fields["TYPE"] == "F F F", fields
-    count = int(fields["POINTS"])
-    assert len(body) == 12 * count, (len(body), count)
-    return list(struct.iter_unpack("<3f", body))
+    of_pcd = [name.replace("n", "normal_") for name in names]
+    assert fields["FIELDS"].split() == of_pcd and fields["TYPE"].split() == ["F"] * len(names), fields
+    return rows_of(body, names, int(fields["POINTS"]))
+
+
+def rows_of(body, names, count):
+    row = struct.Struct(f"<{len(names)}f")
+    assert len(body) == row.size * count, (len(body), count)
+    return list(row.iter_unpack(body))
 
 
 def main(folder):
@@ -58,12 +68,13 @@ def main(folder):
     print(f"static scene kept {kept:.4f}; voxels of objects left {left:.4f}")
     assert kept >= LEAST_KEPT and left <= MOST_LEFT, (kept, left)
 
-    points = points_of_ply(out / "map.ply")
+    points = rows_of_ply(out / "map.ply", WITH_NORMALS)
     assert len(points) == summary["map"]["points"] > 1000, len(points)
-    assert points == points_of_pcd(out / "map.pcd")
-    voxels = {tuple(int(value // MAP_EDGE_M) for value in point) for point in points}
+    assert points == rows_of_pcd(out / "map.pcd", WITH_NORMALS)
+    assert all(abs(math.hypot(*point[3:]) - 1) < 1e-3 for point in points), "a normal is not of length 1"
+    voxels = {tuple(int(value // MAP_EDGE_M) for value in point[:3]) for point in points}
     assert len(voxels) >= 0.999 * len(points), "the map has several points in a voxel"
-    removed = sum(len(points_of_ply(path)) for path in sorted((out / "dynamic").glob("cycle_*.ply")))
+    removed = sum(len(rows_of_ply(path, PLACES)) for path in sorted((out / "dynamic").glob("cycle_*.ply")))
     assert removed > 0
     report = (out / "report.html").read_text()
     script = report.rindex("<script>")
