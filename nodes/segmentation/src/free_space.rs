@@ -123,7 +123,12 @@ impl FreeSpaceSegmenter {
 
         let (view, floor, cell_m) = (self.view, self.floor, self.grid.edge_m());
         let seen = CycleView { points, view, floor, cell_m };
-        let TrackerOutput { mut tracks, settled, left } = self.tracker.update(&seen, &groups);
+        let is_beside_stopped = |point: usize| {
+            let mut beside = points.voxels[point].with_neighbours();
+            beside.any(|voxel| self.occupancy.cell(voxel).has_stopped())
+        };
+        let TrackerOutput { mut tracks, settled, left } =
+            self.tracker.update(&seen, &groups, &is_beside_stopped);
         if let Some(map_from_continuous) = &cycle.map_from_continuous {
             tracks.iter_mut().for_each(|track| *track = in_map(track, map_from_continuous));
         }
@@ -293,10 +298,6 @@ impl FreeSpaceSegmenter {
                     && (point.z - seed.z).abs() <= self.config.max_object_height_m
             })
         };
-        let is_beside_stopped = |point: usize| {
-            let mut beside = points.voxels[point].within(1);
-            beside.any(|voxel| self.occupancy.cell(voxel).has_stopped())
-        };
         let is_low_enough = |point: &Point3<f64>| {
             self.floor
                 .is_none_or(|floor| floor.height_above_m(point) <= self.config.max_object_height_m)
@@ -320,7 +321,6 @@ impl FreeSpaceSegmenter {
                         .iter()
                         .any(|point| moving_in_place.binary_search(point).is_ok()),
                     has_stayed: false,
-                    is_beside_stopped: group.iter().any(|&point| is_beside_stopped(point)),
                     points: group,
                 }
             })

@@ -53,8 +53,6 @@ pub struct MovingGroup {
     pub moves_in_place: bool,
     /// Whether in at least half of its places something that moves has been for so long that it is static.
     pub has_stayed: bool,
-    /// Whether any of it is beside what has stopped for good.
-    pub is_beside_stopped: bool,
 }
 
 /// Where a tracked object is predicted to be.
@@ -126,8 +124,14 @@ impl Tracker {
         self.objects.iter().map(|object| object.expected(&self.config)).collect()
     }
 
-    /// Gives the groups of a cycle to the objects expected in it.
-    pub fn update(&mut self, cycle: &CycleView<'_>, groups: &[MovingGroup]) -> TrackerOutput {
+    /// Gives the groups of a cycle to the objects expected in it. Of a point it is asked, where an object begins, whether it is beside
+    /// what has stopped for good.
+    pub fn update(
+        &mut self,
+        cycle: &CycleView<'_>,
+        groups: &[MovingGroup],
+        is_beside_stopped: &dyn Fn(usize) -> bool,
+    ) -> TrackerOutput {
         let mut group_of = vec![None; cycle.points.count()];
         for group in groups {
             for &point in &group.points {
@@ -144,7 +148,6 @@ impl Tracker {
                 is_newly_occupied: count(|group| group.is_newly_occupied) > 0,
                 moves_in_place: 2 * count(|group| group.moves_in_place) >= points.len(),
                 has_stayed: 2 * count(|group| group.has_stayed) >= points.len(),
-                is_beside_stopped: count(|group| group.is_beside_stopped) > 0,
             }
         };
         let observations = self.observations(cycle, groups);
@@ -176,7 +179,8 @@ impl Tracker {
         let settled = self.settle(&observations, &given, |points| evidence_of(points).has_stayed);
         self.end();
         for (observation, _) in observations.iter().zip(&is_taken).filter(|(_, taken)| !**taken) {
-            self.begin(observation, cycle.cell_m, evidence_of(&observation.points), &before);
+            let evidence = evidence_of(&observation.points);
+            self.begin(observation, cycle.cell_m, evidence, (&before, is_beside_stopped));
         }
         self.number();
         let mut tracks: Vec<Track> =
@@ -259,7 +263,7 @@ impl Tracker {
         observation: &Observation,
         cell_m: f64,
         evidence: MotionEvidence,
-        before: &[TrackedObject],
+        (before, is_beside_stopped): (&[TrackedObject], &dyn Fn(usize) -> bool),
     ) {
         // Else only the expectation of another object claims it: what that uncovers is none.
         let shows_motion = evidence.is_newly_occupied || evidence.in_zone;
@@ -273,7 +277,7 @@ impl Tracker {
             self.pairs.extend(companions.map(|object| Pair([object.key, key])));
             let mut object = TrackedObject::new(key, observation, self.now_s, cell_m);
             object.add_motion_evidence(evidence, self.now_s);
-            if evidence.is_beside_stopped {
+            if observation.points.iter().any(|point| is_beside_stopped(*point)) {
                 // Another side of a thing that was left, which comes into view.
                 object.leave();
             }

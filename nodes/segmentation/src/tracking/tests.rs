@@ -29,7 +29,6 @@ fn cycle(index: i64, screens: &[(f64, f64)]) -> (DetectedCycle, Vec<MovingGroup>
             is_newly_occupied: true,
             moves_in_place: false,
             has_stayed: false,
-            is_beside_stopped: false,
         });
     }
     let stamp = Stamp::from_nanos(index * 143_000_000);
@@ -65,7 +64,7 @@ fn seen<'a>(points: &'a CyclePoints<'a>) -> CycleView<'a> {
 fn update(tracker: &mut Tracker, index: i64, screens: &[(f64, f64)]) -> Vec<Track> {
     let (cycle, groups) = cycle(index, screens);
     tracker.predict(cycle.reduced_cloud.stamp);
-    tracker.update(&seen(&points_of(&cycle)), &groups).tracks
+    tracker.update(&seen(&points_of(&cycle)), &groups, &|_| false).tracks
 }
 
 fn tracker() -> Tracker {
@@ -194,7 +193,7 @@ fn all_of_what_was_seen_is_expected_wherever_most_of_its_pixels_are() {
     let points = points_of(&cycle);
     let mut tracker = tracker();
     tracker.predict(cycle.reduced_cloud.stamp);
-    tracker.update(&seen(&points), &groups);
+    tracker.update(&seen(&points), &groups, &|_| false);
     let expected = tracker.predict(cycle.reduced_cloud.stamp)[0];
     for &point in &groups[0].points {
         let offset_m = (points.in_map[point] - expected.centre_m).abs();
@@ -211,7 +210,7 @@ fn what_only_the_expectation_of_another_object_claims_begins_no_track() {
             let (cycle, mut groups) = cycle(index, &[(2.0, -0.8), (2.0, 0.8)]);
             (groups[1].is_newly_occupied, groups[1].in_zone) = (shows_motion, false);
             tracker.predict(cycle.reduced_cloud.stamp);
-            let tracks = tracker.update(&seen(&points_of(&cycle)), &groups).tracks;
+            let tracks = tracker.update(&seen(&points_of(&cycle)), &groups, &|_| false).tracks;
             let count = if shows_motion { 2 } else { 1 };
             assert_eq!(tracks.len(), if index > 0 { count } else { 0 });
         }

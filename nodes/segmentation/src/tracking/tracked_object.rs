@@ -42,8 +42,6 @@ pub(super) struct MotionEvidence {
     pub(super) moves_in_place: bool,
     /// Most of it is of groups that have stayed in their places.
     pub(super) has_stayed: bool,
-    /// Some of it is beside what has stopped for good.
-    pub(super) is_beside_stopped: bool,
 }
 
 #[derive(Clone, Debug)]
