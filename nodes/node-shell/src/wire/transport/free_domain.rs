@@ -7,7 +7,7 @@ use super::{Transport, ports};
 /// Above 101 the ports are among those that the kernel gives out to any process that asks for one.
 const DOMAINS: std::ops::Range<u16> = 1..101;
 
-/// A domain that no other of these is on as long as this lives.
+/// A domain that no other of these is on as long as this lives, and that nobody is on when it begins.
 pub(crate) struct FreeDomain {
     number: u16,
     /// Holds the domain's last port, which no participant comes to.
@@ -24,7 +24,12 @@ impl FreeDomain {
     fn take(number: u16) -> Option<Self> {
         let port = ports::data_unicast(number, ports::PARTICIPANTS_PER_HOST - 1)?;
         let guard = UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).ok()?;
-        Some(Self { number, _guard: guard })
+        // The sockets of a participant are closed by its threads, some time after it was dropped.
+        let all_closed = (0..ports::PARTICIPANTS_PER_HOST).all(|participant| {
+            let port = ports::discovery_unicast(number, participant);
+            port.is_some_and(|port| UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).is_ok())
+        });
+        all_closed.then_some(Self { number, _guard: guard })
     }
 
     pub(crate) fn number(&self) -> u16 {
@@ -34,4 +39,15 @@ impl FreeDomain {
     pub(crate) fn transport(&self) -> Transport {
         Transport::in_domain(self.number)
     }
+}
+
+#[test]
+fn a_domain_is_not_free_while_a_participant_that_ended_holds_a_port() {
+    let ended = FreeDomain::new();
+    let number = ended.number();
+    let port = ports::discovery_unicast(number, 7).unwrap();
+    let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, port)).unwrap();
+    drop(ended);
+    assert!(FreeDomain::take(number).is_none());
+    drop(socket);
 }
