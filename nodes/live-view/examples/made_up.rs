@@ -27,9 +27,9 @@ const MARKUP: &str =
     "\"><img src=x onerror=\"document.title='taken'\"><script>document.title='taken'</script>";
 const LONG: usize = 10_000;
 const PERIOD: Duration = Duration::from_millis(100);
-/// The wall is so high, and grows by a column each period until it is so long.
+/// The wall is so high, and grows by a column each period until it is so long: for longer than the test waits for the page to show it.
 const HEIGHT_VOXELS: usize = 40;
-const LENGTH_VOXELS: usize = 200;
+const LENGTH_VOXELS: usize = 3_000;
 const SIZE_PX: (usize, usize) = (64, 48);
 
 geometry::parameters! {

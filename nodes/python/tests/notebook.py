@@ -17,7 +17,7 @@ LONGEST_S = 600
 def main(path, folder, picture=None):
     notebook = nbformat.read(path, as_version=4)
     assert all(not cell.get("outputs") for cell in notebook.cells), f"{path} has outputs: clear them"
-    nbclient.NotebookClient(notebook, timeout=LONGEST_S, resources={"metadata": {"path": folder}}).execute()
+    nbclient.NotebookClient(notebook, timeout=LONGEST_S, startup_timeout=LONGEST_S, resources={"metadata": {"path": folder}}).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     pictures = [output.data["image/png"] for output in outputs if "image/png" in output.get("data", {})]
     assert len(pictures) == 1, f"{path} draws {len(pictures)} pictures"

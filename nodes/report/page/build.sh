@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-npm ci --ignore-scripts --no-audit --no-fund --silent
+npm ci --prefer-offline --fetch-retries=5 --ignore-scripts --no-audit --no-fund --silent
 made=$(mktemp -d)
 trap 'rm -rf "$made"' EXIT
 node_modules/.bin/esbuild src/main.js --bundle --minify --format=iife --target=es2022 --charset=utf8 --legal-comments=inline \

@@ -7,7 +7,7 @@ mkdir -p "$1"
 pages=$(cd "$1" && pwd)
 cd "$(dirname "$0")"
 
-[[ -d node_modules/playwright-core ]] || npm ci --ignore-scripts --no-audit --no-fund --silent
+[[ -d node_modules/playwright-core ]] || npm ci --prefer-offline --fetch-retries=5 --ignore-scripts --no-audit --no-fund --silent
 # With the tests' features, of which all packages are built already.
 cargo build --quiet --locked -p report -p live-view -p stillmap-tests --example pages --example made_up
 examples=${CARGO_TARGET_DIR:-$PWD/../../../target}/debug/examples

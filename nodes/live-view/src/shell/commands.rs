@@ -20,8 +20,8 @@ use super::ShownNode;
 
 /// How long a node may take to be found, and again to answer: a large map takes seconds to be saved.
 const PATIENCE: Duration = Duration::from_secs(20);
-/// The same for parameters: not all of the nodes need run.
-const PATIENCE_FOR_PARAMETERS: Duration = Duration::from_secs(3);
+/// The same where all nodes are asked for their parameters: not all of them need run.
+const PATIENCE_FOR_ALL: Duration = Duration::from_secs(3);
 /// Parameters that are asked for at a time: their values fit into a datagram, or the nodes would not answer.
 const NAMES_AT_A_TIME: usize = 16;
 
@@ -139,7 +139,7 @@ impl Commands {
             let names = declared.iter().map(|one| one.name.clone()).collect();
             let request = GetParametersRequest { names };
             let response =
-                self.ask(&self.getting, &service, &request, PATIENCE_FOR_PARAMETERS).await?;
+                self.ask(&self.getting, &service, &request, PATIENCE_FOR_ALL).await?;
             values.extend(
                 response
                     .values
@@ -161,7 +161,7 @@ impl Commands {
         let parameters = vec![Parameter { name: name.to_owned(), value }];
         let service = format!("{node}/set_parameters");
         let request = SetParametersRequest { parameters };
-        let response = self.ask(&self.setting, &service, &request, PATIENCE_FOR_PARAMETERS).await?;
+        let response = self.ask(&self.setting, &service, &request, PATIENCE).await?;
         match response.results.first() {
             Some(result) if result.successful => Ok(format!("{node}: {name} is set").into()),
             Some(result) => Err(result.reason.clone()),
