@@ -1,7 +1,8 @@
-//! The parts of a process that do not depend on ROS: its log, its line at the foot of the terminal, its memory, its end; panics that are
-//! caught; warnings that are not repeated at each message; files that are written whole, and their versions; the folder of what has no
-//! room in memory.
+//! The parts of a process that do not depend on ROS: its log, its line at the foot of the terminal, its memory, its descriptors, its end;
+//! panics that are caught; warnings that are not repeated at each message; files that are written whole, and their versions; the folder of
+//! what has no room in memory.
 
+pub(crate) mod descriptors;
 pub(crate) mod failure;
 pub mod log;
 pub(crate) mod memory;

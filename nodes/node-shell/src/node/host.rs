@@ -8,8 +8,8 @@ use crate::endpoints::network::Network;
 use crate::graph::Graph;
 use crate::graph::exchange::Exchange;
 use crate::graph::siblings::Siblings;
-use crate::process::memory;
 use crate::process::shutdown::Shutdown;
+use crate::process::{descriptors, memory};
 use crate::settings::names::NodeIdentity;
 use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
@@ -51,6 +51,7 @@ impl Host {
         tokio::runtime::Handle::try_current().map_err(|_| ShellError::NoRuntime)?;
         let shutdown = Shutdown::new();
         shutdown.trigger_on_signals().map_err(ShellError::Process)?;
+        descriptors::allow_all();
         let ceiling = memory::ceiling_bytes().map_err(ShellError::Setting)?;
         if let Some(bytes) = ceiling {
             memory::keep_below(bytes, &shutdown).map_err(ShellError::Process)?;
