@@ -11,7 +11,7 @@ use msgs::stillmap_msgs::ReducedCloud;
 use crate::{Arrived, Host, Node, PublishError, Qos, RosArguments, Transport};
 
 /// Longer than anything takes on a busy machine; a test that waits this long has failed.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 fn arguments(namespace: &str) -> RosArguments {
     let rule = format!("__ns:={namespace}");

@@ -14,7 +14,8 @@ pub(crate) fn own_domain() -> u16 {
     let free = (0..COUNT).find_map(|step| {
         let domain = FIRST + std::process::id().wrapping_add(step) % COUNT;
         let path = std::env::temp_dir().join(format!("stillmap-test-domain-{domain}"));
-        let file = File::create(path).unwrap();
+        // One that another user left may not be opened.
+        let file = File::create(path).ok()?;
         file.try_lock().ok().map(|()| (domain, file))
     });
     let (domain, lock) = free.expect("a domain that no test has");

@@ -18,7 +18,7 @@ fn sender() -> UdpSocket {
 }
 
 /// Long enough for whatever else the machine does.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Waits until a condition holds.
 fn wait_until(mut holds: impl FnMut() -> bool) {

@@ -138,8 +138,7 @@ impl Commands {
         for declared in node.parameters.chunks(NAMES_AT_A_TIME) {
             let names = declared.iter().map(|one| one.name.clone()).collect();
             let request = GetParametersRequest { names };
-            let response =
-                self.ask(&self.getting, &service, &request, PATIENCE_FOR_ALL).await?;
+            let response = self.ask(&self.getting, &service, &request, PATIENCE_FOR_ALL).await?;
             values.extend(
                 response
                     .values

@@ -1,23 +1,27 @@
 //! Tests of the recorder over DDS: recorder and publishers are participants in one process.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use geometry::Stamp;
+use msgs::diagnostic_msgs::DiagnosticStatus;
 use msgs::rosgraph_msgs::Clock;
 use msgs::sensor_msgs::{LaserScan, PointCloud2};
 use msgs::std_msgs::String as Text;
 use msgs::{RosMessage, convert};
 use node_shell::{Node, Publisher, Qos, RosArguments, Transport};
+use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use super::{RecordError, RecordOptions, RecordSummary, record};
 use crate::shell::test_domain::own_domain;
 use crate::{Bag, BagMessage, OfferedQos, Selection};
 
+/// What the recorder says of itself.
+type Reports = watch::Receiver<Option<Arc<DiagnosticStatus>>>;
+
 /// Longer than anything takes on a busy machine; a test that waits this long has failed.
-const PATIENCE: Duration = Duration::from_secs(20);
-/// The time until the last message has arrived.
-const SETTLING: Duration = Duration::from_millis(500);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A separate graph with a recorder and a node that publishes.
 struct Graph {
@@ -47,6 +51,16 @@ fn recording(recorder: Node, options: RecordOptions) -> JoinHandle<RecordSummary
         recorder.close().await;
         summary
     })
+}
+
+/// Waits until the recorder's report says that so many messages of a topic have come.
+async fn has_received(reports: &mut Reports, topic: &str, count: u32) {
+    let (key, value) = (format!("received {topic}"), count.to_string());
+    let says = |report: &Option<Arc<DiagnosticStatus>>| {
+        let values = report.iter().flat_map(|report| &report.values);
+        values.into_iter().any(|pair| pair.key == key && pair.value == value)
+    };
+    tokio::time::timeout(PATIENCE, reports.wait_for(says)).await.unwrap().unwrap();
 }
 
 async fn is_heard<M: RosMessage>(publisher: &Publisher<M>) {
@@ -87,6 +101,7 @@ async fn what_is_recorded_is_what_was_sent() {
     let things =
         graph.driver.raw_publisher("/thing", "other_msgs/msg/Thing", &Qos::reliable(5)).unwrap();
     let Graph { recorder, driver } = graph;
+    let mut reports = recorder.reports();
     let recording = recording(recorder, options);
     is_heard(&scans).await;
     is_heard(&clouds).await;
@@ -98,7 +113,9 @@ async fn what_is_recorded_is_what_was_sent() {
         hidden.publish(Text::default()).unwrap();
     }
     clouds.publish(cloud(200_003)).unwrap();
-    tokio::time::sleep(SETTLING).await;
+    for (topic, count) in [("/map_name", 1), ("/points", 1), ("/scan", 20), ("/thing", 1)] {
+        has_received(&mut reports, topic, count).await;
+    }
     assert!(!path.exists(), "a bag that is not closed must not have the name of a whole one");
     shutdown.trigger();
     let summary = tokio::time::timeout(PATIENCE, recording).await.unwrap().unwrap();
@@ -144,17 +161,23 @@ async fn simulated_time_is_that_of_the_clock() {
     let topics = vec!["scan".to_owned(), "never".to_owned()];
     let options = RecordOptions { topics, ..RecordOptions::new(path.clone()) };
     let Graph { recorder, driver } = graph;
+    let (mut reports, now) = (recorder.reports(), recorder.clock());
     let recording = recording(recorder, options);
     is_heard(&scans).await;
     is_heard(&clock).await;
     scans.publish(scan(1)).unwrap();
-    tokio::time::sleep(SETTLING).await;
+    has_received(&mut reports, "/scan", 1).await;
     let times = [Stamp::from_secs_nanos(70, 5), Stamp::from_secs_nanos(60, 0)];
     for (time, beams) in times.into_iter().zip(2..) {
         clock.publish(Clock { clock: convert::time_from_stamp(time) }).unwrap();
-        tokio::time::sleep(SETTLING).await;
+        let is_told = async {
+            while now.now() != convert::time_from_stamp(time) {
+                tokio::time::sleep(Duration::from_millis(5)).await;
+            }
+        };
+        tokio::time::timeout(PATIENCE, is_told).await.unwrap();
         scans.publish(scan(beams)).unwrap();
-        tokio::time::sleep(SETTLING).await;
+        has_received(&mut reports, "/scan", beams).await;
     }
     shutdown.trigger();
     let summary = tokio::time::timeout(PATIENCE, recording).await.unwrap().unwrap();

@@ -46,15 +46,16 @@ impl Bench {
     }
 }
 
-/// The node's report of the transform on `/diagnostics`, once it contains this part.
+/// A node's report of the transform on `/diagnostics`, once it contains this part.
 async fn report_of(
+    name: &str,
     diagnostics: &Subscription<DiagnosticArray>,
     part: &str,
 ) -> (DiagnosticStatus, String) {
     soon(part, async {
         loop {
             let message = diagnostics.next().await.message;
-            let own = message.status.iter().find(|status| status.name.ends_with("/detection"));
+            let own = message.status.iter().find(|status| status.name == name);
             let Some(status) = own else { continue };
             let pair =
                 status.values.iter().find(|pair| pair.key == "transform from scanner to camera");
@@ -86,7 +87,7 @@ async fn a_scan_waits_for_its_transform() {
         bench.poses.publish(pose(at(milliseconds), 0.0)).unwrap();
         bench.scans.publish(scan(at(milliseconds))).unwrap();
     }
-    report_of(&diagnostics, "waiting for it").await;
+    report_of(&bench.name, &diagnostics, "waiting for it").await;
     let transforms = bench.peer.publisher::<TFMessage>("/tf_static", &broadcaster()).unwrap();
     transforms.publish(TFMessage { transforms: vec![camera(), laser(0.0)] }).unwrap();
     for milliseconds in [1_000, 1_100] {
@@ -109,7 +110,7 @@ async fn the_mount_of_tf_is_used_as_soon_as_it_is_received() {
     bench.camera_infos.publish(camera_info(4)).unwrap();
     let report = bench.cycle_at(1_000).await;
     assert!(!report.processed && report.drop_reason.contains("none is known"), "{report:?}");
-    let (status, _) = report_of(&diagnostics, "waiting for it").await;
+    let (status, _) = report_of(&bench.name, &diagnostics, "waiting for it").await;
     assert!(status.level >= DiagnosticStatus::WARN, "{status:?}");
 
     // Two broadcasters publish a part each; that of the scanner is later.
@@ -136,7 +137,7 @@ async fn the_mount_of_tf_is_used_as_soon_as_it_is_received() {
     // Of 21 beams from -1 to 1 rad, 13 are within 45 degrees of the rig's x when the scanner is turned by 0.5 rad.
     let report = until(&bench, &|report| report.processed).await;
     assert_eq!((report.cycle, counts(&report).get("beams")), (0, Some(&13)));
-    let (_, text) = report_of(&diagnostics, "rig_from_lidar is").await;
+    let (_, text) = report_of(&bench.name, &diagnostics, "rig_from_lidar is").await;
     assert!(
         text.contains("laser to camera_optical_frame") && text.contains("-0.050, 0.5000"),
         "{text}"

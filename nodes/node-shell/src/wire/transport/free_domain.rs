@@ -1,6 +1,7 @@
 //! A DDS domain for one test, that no other test on this machine has at the same time.
 
 use std::net::{Ipv4Addr, UdpSocket};
+use std::sync::LazyLock;
 
 use super::{Transport, ports};
 
@@ -25,11 +26,15 @@ impl FreeDomain {
         let port = ports::data_unicast(number, ports::PARTICIPANTS_PER_HOST - 1)?;
         let guard = UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).ok()?;
         // The sockets of a participant are closed by its threads, some time after it was dropped.
-        let all_closed = (0..ports::PARTICIPANTS_PER_HOST).all(|participant| {
-            let port = ports::discovery_unicast(number, participant);
-            port.is_some_and(|port| UdpSocket::bind((Ipv4Addr::LOCALHOST, port)).is_ok())
-        });
+        let is_closed = |port: u16| UdpSocket::bind((Ipv4Addr::UNSPECIFIED, port)).is_ok();
+        let all_closed = (ports::discovery_multicast(number)..port).all(is_closed);
         all_closed.then_some(Self { number, _guard: guard })
+    }
+
+    /// One for all tests that need no more than a domain of this process.
+    pub(crate) fn of_this_process() -> &'static Self {
+        static DOMAIN: LazyLock<FreeDomain> = LazyLock::new(FreeDomain::new);
+        &DOMAIN
     }
 
     pub(crate) fn number(&self) -> u16 {

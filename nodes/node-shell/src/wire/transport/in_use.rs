@@ -73,6 +73,7 @@ impl Transport {
 mod tests {
     use super::super::DiscoveryRange;
     use super::*;
+    use crate::wire::transport::free_domain::FreeDomain;
 
     #[test]
     fn a_transport_for_this_machine_uses_the_loopback_alone() {
@@ -96,7 +97,8 @@ mod tests {
 
     #[test]
     fn the_buffer_of_a_probe_is_that_of_a_node() {
-        let transport = Transport::on_domain(97).unwrap().with_receive_buffer(128 << 10);
+        let domain = FreeDomain::new();
+        let transport = domain.transport().with_receive_buffer(128 << 10);
         let probed = transport.probe_receive_buffer().unwrap();
         assert_eq!((probed.bytes(), probed.asked()), (128 << 10, 128 << 10));
         assert_eq!(probed.largest_safe_message(), 128 << 10);

@@ -69,12 +69,14 @@ where
     Q: Clone + Serialize + DeserializeOwned + 'static,
     A: Clone + Serialize + DeserializeOwned + 'static,
 {
-    for _ in 0..100 {
+    let mut wait = AGAIN;
+    while wait < PATIENCE {
         let id = client.async_send_request(Wire(request.clone())).await.unwrap();
         let answer = client.async_receive_response(id);
-        if let Ok(answer) = tokio::time::timeout(Duration::from_millis(200), answer).await {
+        if let Ok(answer) = tokio::time::timeout(wait, answer).await {
             return answer.unwrap().0;
         }
+        wait *= 2;
     }
     panic!("timed out: an answer");
 }

@@ -107,12 +107,14 @@ impl ros2_client::Message for Answer {}
 
 /// Asks for the map as a ROS 2 client does, until there is an answer.
 async fn ask_for_the_map(client: &Client<Ask, Answer>) -> TriggerResponse {
-    for _ in 0..100 {
+    let mut wait = AGAIN;
+    while wait < PATIENCE {
         let id = client.async_send_request(Ask(TriggerRequest::default())).await.unwrap();
         let answer = client.async_receive_response(id);
-        if let Ok(answer) = tokio::time::timeout(Duration::from_millis(200), answer).await {
+        if let Ok(answer) = tokio::time::timeout(wait, answer).await {
             return answer.unwrap().0;
         }
+        wait *= 2;
     }
     panic!("timed out: an answer");
 }

@@ -8,7 +8,7 @@ use crate::wire::transport::free_domain::FreeDomain;
 use crate::wire::transport::{Transport, ports};
 
 /// Longer than the library takes for its first announcement, on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Longer than the library's thread takes from sending to letting go of the participant.
 const ANNOUNCED: Duration = Duration::from_millis(200);
@@ -126,6 +126,7 @@ fn the_library_announces_the_same(set: impl Fn(Transport) -> Transport) {
     // While the library announces, its own thread holds the participant; dropped meanwhile, it would end
     // in that thread, which fails without a farewell.
     std::thread::sleep(ANNOUNCED);
+    drop(joined.threads.at_rest());
     drop(joined);
     let theirs = listener.next(|parts| of_ours(parts) && !parts.inline.is_empty());
     let ours = as_the_librarys(&announced.farewell(1));

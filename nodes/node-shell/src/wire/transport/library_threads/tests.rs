@@ -56,13 +56,19 @@ fn a_thread_that_runs_is_not_at_rest() {
     let threads = LibraryThreads { numbers, reception: Reception::of(&[]) };
     assert!(!threads.rest());
     stop.store(true, Ordering::Relaxed);
+    let soon_at_rest = |when: &str| {
+        let begun = Instant::now();
+        while !threads.rest() {
+            assert!(begun.elapsed() < PATIENCE, "{when}");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    };
+    soon_at_rest("it sleeps");
     let _at_rest = threads.at_rest();
-    assert!(threads.rest(), "it sleeps");
     drop(end);
     thread.join().unwrap();
     // Its entry may be there for a moment longer.
-    drop(threads.at_rest());
-    assert!(threads.rest(), "it has ended");
+    soon_at_rest("it has ended");
 }
 
 /// The library's two threads and the one that made the endpoints once waited for each other for ever.
