@@ -32,9 +32,11 @@ use crate::processes::Process;
 use crate::progress::Progress;
 use crate::visual;
 
-/// When the player has ended and nothing was received for this long, nothing more will arrive: it is longer
-/// than detection waits for the rest of a cycle.
-const LONGEST_SILENCE: Duration = Duration::from_secs(5);
+/// When the player has ended and nothing was received for this long, what is missing is lost. Only a run that has lost
+/// something waits for it: it is longer than a machine that is out of CPU time lets the nodes stand still.
+const LONGEST_SILENCE: Duration = Duration::from_secs(20);
+/// After an interrupt the nodes have this long to finish what they have received.
+const LONGEST_END: Duration = Duration::from_secs(5);
 /// A period that no run lasts for, within the range of the parameter: the node saves its files when it ends.
 const NEVER_S: f64 = 1e9;
 /// A node that saves the map may take so long to end: 10 million points with their triangles on a slow disk.
@@ -278,7 +280,7 @@ impl Run {
 
     /// After the player has stopped: receives the remaining messages, and the map that follows when no more clouds arrive.
     async fn receive_last_map(&mut self) {
-        let deadline = Instant::now() + LONGEST_SILENCE;
+        let deadline = Instant::now() + LONGEST_END;
         while Instant::now() < deadline && !self.has_last_map() {
             self.receive_for(POLL_PERIOD).await;
         }

@@ -7,9 +7,9 @@ use crate::failure::Failure;
 use crate::run::recorder::Stage;
 use crate::visual;
 
-/// The nodes must have discovered each other after this time; on one host it takes a fraction of a second, and on one that is out
-/// of CPU time half a minute.
-const LONGEST_DISCOVERY: Duration = Duration::from_secs(90);
+/// The nodes must have discovered each other after this time, and then, after as long again, the player; on one host it takes a
+/// fraction of a second, and on one that is out of CPU time half a minute.
+pub(super) const LONGEST_DISCOVERY: Duration = Duration::from_secs(90);
 
 impl Run {
     /// Waits until every node has discovered its publishers and subscribers, this process included; or until it is

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::process::Stdio;
 
+use super::discovery::LONGEST_DISCOVERY;
 use super::feed::{Compressed, FedTopic};
 use super::{Playback, Run, pacing};
 use crate::failure::Failure;
@@ -15,6 +16,8 @@ impl Run {
     pub(super) fn start_player(&self, playback: &Playback<'_>) -> Result<Process, Failure> {
         let mut arguments = vec!["play".to_owned(), playback.bag.display().to_string()];
         arguments.extend(["--json".to_owned(), "--rate".to_owned(), playback.rate.to_string()]);
+        let wait_timeout_s = LONGEST_DISCOVERY.as_secs().to_string();
+        arguments.extend(["--wait-timeout".to_owned(), wait_timeout_s]);
         // Its output is read after its end only: the summary is shorter than what a pipe holds.
         for topic in &self.feed.topics {
             let bag_topic = &topic.bag_topic;
