@@ -13,6 +13,7 @@ mod bag_formats;
 mod bags;
 mod existing_files;
 mod interrupted;
+mod playing;
 mod program;
 mod python;
 mod sensors;

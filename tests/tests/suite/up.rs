@@ -1,35 +1,46 @@
 //! The whole suite live in one process: pointers within, DDS to the sensors and to whom it concerns.
 
-use std::path::Path;
+use std::cell::Cell;
 use std::time::Duration;
 
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::PointCloud2;
-use msgs::stillmap_msgs::ReducedCloud;
+use msgs::stillmap_msgs::{ReducedCloud, StageReport};
 use node_shell::{Node, Qos, RosArguments};
 use tokio::time::timeout;
 
 use crate::bags::small_room;
-use crate::program::{Running, stillmap, succeed};
+use crate::playing::{IMAGES, Pacer, TO_DETECTION, play};
+use crate::program::{Running, stillmap, succeed, summary};
 use crate::recorded_camera::{error_m, recording};
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Nothing more comes after a bag when nothing has come for this long: the scanner sends seven a second.
-const SILENCE: Duration = Duration::from_secs(3);
+/// Cycles that may be on their way through the nodes: half of those that wait before one of them.
+const MOST_AHEAD: u64 = 25;
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_suite_in_one_process_builds_the_local_runs_map_and_shows_it_outside() {
     let folder = tempfile::tempdir().unwrap();
     let bag = small_room(folder.path());
+    // First, so that it is known how many cycles there are.
+    let out = folder.path().join("local");
+    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/rig/rplidar_a1_kinect_v1.yaml");
+    let (bag_name, out_name) = (bag.to_str().unwrap(), out.to_str().unwrap());
+    succeed(["run", bag_name, "--params-file", rig, "--out", out_name]);
+    let all = summary(&out)["cycles"]["total"].as_u64().unwrap();
+    assert!(all > 10, "{all} cycles");
+
     let map = folder.path().join("map.ply");
     let namespace = format!("/up_{}", std::process::id());
     let rule = format!("__ns:={namespace}");
-
     let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
     let node = Node::start("outsider", &arguments).unwrap();
-    let reduced = node.subscription::<ReducedCloud>("reduced_cloud", &Qos::reliable(200)).unwrap();
-    let still = node.subscription::<PointCloud2>("static_cloud", &Qos::reliable(200)).unwrap();
+    let reliable = Qos::reliable(200);
+    let reduced = node.subscription::<ReducedCloud>("reduced_cloud", &reliable).unwrap();
+    let still = node.subscription::<PointCloud2>("static_cloud", &reliable).unwrap();
+    let mapped = node.subscription::<StageReport>("reconstruction/report", &reliable).unwrap();
+    let pacer = Pacer::on(&node);
     let up = Running::start_for_every_cycle([
         "up",
         "--ros-args",
@@ -41,40 +52,42 @@ async fn the_suite_in_one_process_builds_the_local_runs_map_and_shows_it_outside
     let ready = async {
         reduced.wait_for_publishers(1).await;
         still.wait_for_publishers(1).await;
+        mapped.wait_for_publishers(1).await;
     };
     timeout(PATIENCE, ready).await.unwrap();
-    let topics = [
-        ("/scan", "scan"),
-        ("/pose", "pose"),
-        ("/camera/depth/image_raw", "depth/image"),
-        ("/camera/depth/camera_info", "depth/camera_info"),
-    ];
-    let player = play(&bag, &namespace, &topics, 1.0);
-    let (mut cycles, mut clouds) = (0, 0);
-    let mut patience = PATIENCE;
-    loop {
-        let next = async {
-            tokio::select! {
-                _ = reduced.next() => (1, 0),
-                _ = still.next() => (0, 1),
-            }
-        };
-        let Ok((cycle, cloud)) = timeout(patience, next).await else { break };
-        (cycles, clouds) = (cycles + cycle, clouds + cloud);
-        patience = SILENCE;
+    let mut arguments = play(&bag, &namespace, &TO_DETECTION);
+    arguments.push(pacer.argument());
+    let player = Running::start(arguments);
+    let heard = [const { Cell::new(0) }; 3];
+    let counts = || heard.each_ref().map(Cell::get);
+    let hear = async {
+        while counts() != [all; 3] {
+            let next = async {
+                tokio::select! {
+                    _ = reduced.next() => 0,
+                    _ = still.next() => 1,
+                    _ = mapped.next() => 2,
+                }
+            };
+            let Ok(one) = timeout(PATIENCE, next).await else { break };
+            heard[one].update(|count| count + 1);
+        }
+    };
+    let have_caught_up = || {
+        let [cycles, _, mapped] = counts();
+        cycles <= mapped + MOST_AHEAD
+    };
+    tokio::select! {
+        () = pacer.pace(have_caught_up) => {}
+        () = hear => {}
     }
-    assert!(cycles > 10, "{cycles}");
-    assert_eq!(cycles, clouds, "what passes within a process also shows outside");
-    drop(player);
+    assert_eq!(counts(), [all; 3], "what passes within a process also shows outside");
+    drop((player, pacer));
     // The map is to be whole all the same.
     assert!(up.interrupt_twice());
-    drop((reduced, still));
+    drop((reduced, still, mapped));
     node.close().await;
 
-    let out = folder.path().join("local");
-    let rig = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/rig/rplidar_a1_kinect_v1.yaml");
-    let (bag, out_name) = (bag.to_str().unwrap(), out.to_str().unwrap());
-    succeed(["run", bag, "--params-file", rig, "--out", out_name]);
     // The node saves the normals, too.
     let points = |path| geometry::ply::decode(&std::fs::read(path).unwrap()).unwrap();
     let (live, local) = (points(map), points(out.join("map.ply")));
@@ -113,13 +126,14 @@ async fn the_pose_node_beside_the_others_follows_a_camera_of_another_process_and
     let topics = [
         ("/scan", "scan"),
         ("/camera/rgb/image_raw/compressed", "rgb/image/compressed"),
-        ("/camera/depth/image_raw", "depth/image"),
+        (IMAGES, "depth/image"),
         ("/camera/depth/camera_info", "depth/camera_info"),
     ];
-    // A program that is not optimised, beside others, has not the time for every image at a fifth of the pace either.
-    let player = play(&bag, &namespace, &topics, 0.2);
+    let mut arguments = play(&bag, &namespace, &topics);
+    // A program that is not optimised, beside others, has not the time for every image at the bag's pace.
+    arguments.push(format!("--pace={IMAGES}={namespace}/pose/report"));
+    let player = Running::start(arguments);
     let (mut followed, mut count, mut cycles) = (String::new(), 0, 0);
-    let mut patience = PATIENCE;
     // Of a hundred images.
     while count < 60 || cycles < 5 {
         let next = async {
@@ -128,19 +142,17 @@ async fn the_pose_node_beside_the_others_follows_a_camera_of_another_process_and
                 _ = reduced.next() => None,
             }
         };
-        let Ok(heard) = timeout(patience, next).await else { break };
-        match heard {
+        let heard = timeout(PATIENCE, next).await;
+        match heard.unwrap_or_else(|_| panic!("{count} poses and {cycles} cycles, and no more")) {
             Some(pose) => {
                 followed.push_str(&line_of(&pose.message));
                 count += 1;
             }
             None => cycles += 1,
         }
-        patience = SILENCE;
     }
     drop(player);
     assert!(up.interrupt());
-    assert!(count >= 20 && cycles >= 5, "{count} poses, {cycles} cycles");
     let file = folder.path().join("poses.txt");
     std::fs::write(&file, followed).unwrap();
     let error_m = error_m(&file, &truth);
@@ -200,18 +212,6 @@ async fn the_topics_of_a_live_graph_are_found_and_the_suite_starts_with_them() {
     assert!(up.interrupt());
     drop((player, reduced));
     node.close().await;
-}
-
-fn play(bag: &Path, namespace: &str, topics: &[(&str, &str)], rate: f64) -> Running {
-    let mut arguments = vec!["play".to_owned(), bag.display().to_string()];
-    arguments.push(format!("--rate={rate}"));
-    for (from, name) in topics {
-        let to = format!("{namespace}/{name}");
-        arguments.push(format!("--topics={from}"));
-        arguments.push(format!("--remap={from}:={to}"));
-        arguments.push(format!("--wait-for={to}"));
-    }
-    Running::start(arguments)
 }
 
 #[test]
