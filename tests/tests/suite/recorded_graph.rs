@@ -5,23 +5,28 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use bag_player::{Bag, BagInfo, OfferedQos, Selection};
+use bag_player::{Bag, BagInfo, OfferedQos};
+use msgs::convert::stamp_from_time;
+use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::sensor_msgs::LaserScan;
-use node_shell::{Node, Qos, RosArguments};
+use node_shell::{Node, Qos, RosArguments, Subscription};
 use rustix::process::Signal;
 use serde_json::Value;
 use tokio::time::timeout;
 
+use crate::bags::messages_of;
+use crate::playing::{number, play};
 use crate::program::{Running, succeed};
 use crate::python::python_with;
 use crate::sensors::Sensors;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// So long is recorded.
-const RECORDED: Duration = Duration::from_secs(3);
-/// What the sensors send: poses at 20 Hz, all else at 10 Hz.
-const RATES_HZ: [(&str, f64); 3] = [("points", 10.0), ("pose", 20.0), ("scan", 10.0)];
+/// A bag that is played is over when nothing has come for this long, if its last message was lost.
+const SILENCE: Duration = Duration::from_secs(20);
+/// What is recorded, in the order of the names; and how many messages of each at least.
+const TOPICS: [&str; 3] = ["points", "pose", "scan"];
+const ENOUGH: u64 = 20;
 
 fn node(namespace: &str, name: &str) -> Node {
     let rule = format!("__ns:={namespace}");
@@ -37,6 +42,21 @@ async fn exists(path: &Path) {
     timeout(PATIENCE, appears)
         .await
         .unwrap_or_else(|_| panic!("{} does not appear", path.display()));
+}
+
+/// Waits until the recorder says that it has enough of each topic.
+async fn has_enough(reports: &Subscription<DiagnosticArray>, namespace: &str) {
+    let recorder = format!("{namespace}/bag_recorder");
+    let received = async {
+        loop {
+            let report = reports.next().await.message;
+            let count = |name| number(&report, &recorder, &format!("received {namespace}/{name}"));
+            if TOPICS.into_iter().all(|name| count(name) >= Some(ENOUGH)) {
+                break;
+            }
+        }
+    };
+    timeout(PATIENCE, received).await.expect("all topics are recorded");
 }
 
 /// What another's reader finds in the bag is what ours finds.
@@ -75,6 +95,8 @@ fn others_read_it(path: &Path, info: &BagInfo) {
 async fn what_is_recorded_is_read_by_others_and_plays_again() {
     let folder = tempfile::tempdir().unwrap();
     let namespace = format!("/recorded_{}", std::process::id());
+    let ear = node(&namespace, "ear");
+    let reports = ear.subscription("/diagnostics", &Qos::reliable(200)).unwrap();
     let sensors = Sensors::start(node(&namespace, "sensors"));
     let path = folder.path().join("room.mcap");
     let rule = format!("__ns:={namespace}");
@@ -84,51 +106,54 @@ async fn what_is_recorded_is_read_by_others_and_plays_again() {
     let line = ["record", "-o", bag, "--topics", topics, "--ros-args", "-r", &rule];
     let recorder = Running::start(line.iter().chain(&["-r", "front_scan:=scan"]));
     exists(&folder.path().join("room.mcap.tmp")).await;
-    tokio::time::sleep(RECORDED).await;
+    has_enough(&reports, &namespace).await;
     assert!(!path.exists());
-    assert!(recorder.end(Signal::INT).success());
+    // 3: some of what is sent with best effort was lost, as on a machine that is out of CPU time.
+    let code = recorder.end(Signal::INT).code();
+    assert!(matches!(code, Some(0 | 3)), "{code:?}");
     sensors.end().await;
 
     let info = Bag::open(&path).unwrap().info().unwrap();
-    assert_eq!((info.losses.len(), info.topics.len()), (0, RATES_HZ.len()));
-    for (topic, (name, rate_hz)) in info.topics.iter().zip(RATES_HZ) {
+    assert_eq!((info.losses.len(), info.topics.len()), (0, TOPICS.len()));
+    for (topic, name) in info.topics.iter().zip(TOPICS) {
         assert_eq!(topic.topic, format!("{namespace}/{name}"));
-        let measured_hz = topic.rate_hz.unwrap();
-        println!("{name}: {} messages, {measured_hz:.2} Hz", topic.message_count);
-        assert!((measured_hz - rate_hz).abs() < 0.2 * rate_hz, "{name}: {measured_hz} Hz");
+        assert!(topic.message_count >= ENOUGH, "{name}: {} messages", topic.message_count);
+        println!("{name}: {} messages, {:?} Hz", topic.message_count, topic.rate_hz);
     }
     others_read_it(&path, &info);
     let shown = succeed(["info", bag]);
     assert!(shown.contains(&format!("{namespace}/scan")), "{shown}");
 
     // Once more, onto the graph.
-    let recorded = Bag::open(&path).unwrap();
-    let scans: BTreeMap<i64, LaserScan> = recorded
-        .messages(&Selection {
-            topics: Some(vec![format!("{namespace}/scan")]),
-            ..Selection::default()
-        })
-        .unwrap()
-        .map(|message| {
-            let scan: LaserScan = message.unwrap().decode().unwrap();
-            (
-                i64::from(scan.header.stamp.sec) * 1_000_000_000
-                    + i64::from(scan.header.stamp.nanosec),
-                scan,
-            )
-        })
-        .collect();
-    let ear = node(&namespace, "ear");
-    let again = format!("{namespace}/again");
-    let heard = ear.subscription::<LaserScan>(&again, &Qos::sensor(100)).unwrap();
-    let remap = format!("{namespace}/scan:={again}");
-    let player = Running::start(["play", bag, "--rate=3", "--remap", &remap, "--wait-for", &again]);
-    for (_, scan) in scans {
-        let received = timeout(PATIENCE, heard.next()).await.expect("scans are played");
-        assert_eq!(*received.message, scan);
+    let scan = format!("{namespace}/scan");
+    let recorded = messages_of::<LaserScan>(&path, &scan);
+    let count = recorded.len();
+    let mut scans = BTreeMap::new();
+    for (logged, scan) in recorded {
+        let stamp = stamp_from_time(scan.header.stamp);
+        assert!(stamp <= logged, "a scan of {stamp:?} is logged at {logged:?}");
+        scans.insert(stamp, scan);
     }
+    assert_eq!(scans.len(), count, "each scan is recorded once");
+    let last = *scans.keys().next_back().unwrap();
+    let heard = ear.subscription::<LaserScan>("again", &Qos::sensor(100)).unwrap();
+    let arguments = play(&path, &namespace, &[(scan.as_str(), "again")]).into_iter();
+    let player = Running::start(arguments.chain(["--rate=3".to_owned()]));
+    // The first ones may be lost before the two know each other: scans are sent with best effort.
+    let (mut again, mut patience) = (Vec::new(), PATIENCE);
+    while again.last() != Some(&last)
+        && let Ok(received) = timeout(patience, heard.next()).await
+    {
+        let stamp = stamp_from_time(received.message.header.stamp);
+        assert_eq!(Some(&*received.message), scans.get(&stamp));
+        again.push(stamp);
+        patience = SILENCE;
+    }
+    println!("{} of {count} scans were played again", again.len());
+    assert!(again.len() > count / 2, "{} of {count} scans", again.len());
+    assert!(again.is_sorted_by(|one, next| one < next), "in their order, each once");
     assert!(player.wait().success());
-    drop(heard);
+    drop((heard, reports));
     ear.close().await;
 }
 
