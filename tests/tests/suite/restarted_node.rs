@@ -11,12 +11,13 @@ use node_shell::{Node, Qos, RosArguments, Subscription};
 use tokio::time::timeout;
 
 use crate::bags::small_room;
+use crate::playing::{TO_DETECTION, play};
 use crate::program::Running;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Nothing more comes after a bag when nothing has come for this long: the scanner sends seven a second.
-const SILENCE: Duration = Duration::from_secs(3);
+/// So many cycles are to be heard after the return.
+const CYCLES_AFTER: usize = 10;
 
 /// Hears the stamps of a topic's clouds.
 struct Ear {
@@ -84,24 +85,9 @@ async fn a_killed_segmentation_loses_only_the_cycles_of_its_absence() {
         ear.still.wait_for_publishers(1).await;
     };
     timeout(PATIENCE, ready).await.unwrap();
-    let (scan, image, camera_info, pose) = (
-        format!("{namespace}/scan"),
-        format!("{namespace}/depth/image"),
-        format!("{namespace}/depth/camera_info"),
-        format!("{namespace}/pose"),
-    );
-    // At half speed the bag leaves time for the absence and for a good while after it.
-    let player = Running::start([
-        "play",
-        bag.to_str().unwrap(),
-        "--rate=0.5",
-        "--topics=/scan,/pose,/camera/depth/image_raw,/camera/depth/camera_info",
-        &format!("--remap=/scan:={scan}"),
-        &format!("--remap=/pose:={pose}"),
-        &format!("--remap=/camera/depth/image_raw:={image}"),
-        &format!("--remap=/camera/depth/camera_info:={camera_info}"),
-        &format!("--wait-for={scan},{image},{camera_info},{pose}"),
-    ]);
+    // The bag of 8 s leaves half a minute for the return; it is not played to its end.
+    let arguments = play(&bag, &namespace, &TO_DETECTION).into_iter();
+    let player = Running::start(arguments.chain(["--rate=0.2".to_owned()]));
 
     ear.hear_until(|ear| ear.static_stamps.len() >= 8).await;
     segmentation.kill();
@@ -114,10 +100,14 @@ async fn a_killed_segmentation_loses_only_the_cycles_of_its_absence() {
     ear.hear_until(|ear| ear.static_stamps.len() > heard_before_return).await;
     let first_after = ear.static_stamps[heard_before_return];
 
-    while ear.hear(SILENCE).await {}
+    // Segmentation may be behind: what it has not taken yet is not lost.
+    ear.hear_until(|ear| {
+        ear.static_stamps.len() > heard_before_return + CYCLES_AFTER
+            && ear.static_stamps.last() == ear.reduced_stamps.last()
+    })
+    .await;
     let reduced: BTreeSet<Stamp> = ear.reduced_stamps.iter().copied().collect();
     let still: BTreeSet<Stamp> = ear.static_stamps.iter().copied().collect();
-    assert!(reduced.len() > 40, "detection went on: {} cycles", reduced.len());
     assert!(still.is_subset(&reduced));
     let lost: Vec<&Stamp> = reduced.difference(&still).collect();
     assert!(!lost.is_empty(), "the absence costs something");
@@ -127,8 +117,7 @@ async fn a_killed_segmentation_loses_only_the_cycles_of_its_absence() {
             "the cycle at {stamp:?} was lost while segmentation ran ({last_before:?} .. {first_after:?})"
         );
     }
-    // It came back well before the end.
-    assert!(still.iter().filter(|stamp| **stamp > first_after).count() > 10);
+    assert!(still.iter().filter(|stamp| **stamp > first_after).count() >= CYCLES_AFTER);
 
     drop(player);
     for node in [detection, segmentation] {
