@@ -7,25 +7,26 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use futures::{SinkExt, StreamExt};
-use geometry::{VoxelGrid, VoxelKey};
+use geometry::{Cloud, VoxelGrid, VoxelKey};
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use nalgebra::Point3;
 use node_shell::{Node, Qos, RosArguments};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use tokio::time::timeout;
+use tokio::time::{Instant, sleep_until, timeout};
 use tokio_tungstenite::WebSocketStream;
-use tokio_tungstenite::tungstenite::Message;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::{self, Message};
 
 use crate::bags::small_room;
+use crate::playing::{TO_DETECTION, play};
 use crate::program::Running;
 use decoded::DecodedPage;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Nothing more comes after a bag when nothing has come for this long: an update comes twice a second.
+/// The map that a page shows is taken for the last one when no other has come for this long: an update comes twice a second.
 const SILENCE: Duration = Duration::from_secs(3);
 
 /// A program that serves a page.
@@ -70,22 +71,34 @@ impl Served {
     }
 }
 
-/// Shows messages until what the page has is enough.
+/// Shows a message.
 async fn show(
     socket: &mut WebSocketStream<TcpStream>,
     page: &mut DecodedPage,
-    is_enough: impl Fn(&DecodedPage) -> bool,
+    message: Result<Message, tungstenite::Error>,
 ) {
-    let shown = async {
-        while !is_enough(page) {
-            let message = socket.next().await.unwrap().unwrap();
-            if let Message::Binary(bytes) = message {
-                page.take(&bytes);
-                socket.send(Message::text("shown")).await.unwrap();
-            }
-        }
-    };
-    timeout(PATIENCE, shown).await.unwrap();
+    if let Message::Binary(bytes) = message.unwrap() {
+        page.take(&bytes);
+        socket.send(Message::text("shown")).await.unwrap();
+    }
+}
+
+/// Whether a page has the points of this map and no others.
+fn has(page: &DecodedPage, map: &Cloud) -> bool {
+    let grid = VoxelGrid::new(f64::from(page.voxel_edge_m)).unwrap();
+    let keyed = |point_m: &Point3<f32>| (grid.key(point_m), *point_m);
+    let expected: BTreeMap<VoxelKey, Point3<f32>> = map.points_m.iter().map(keyed).collect();
+    assert_eq!(expected.len(), map.points_m.len(), "a point for each voxel");
+    let half_m = f64::from(page.step_m) / 2.0 + 1e-5;
+    let shown: Vec<Point3<f64>> = page.points().map(|(_, at_m)| at_m).collect();
+    // A step may lead over the face of a voxel, and so the points are compared and not the voxels.
+    shown.len() == expected.len()
+        && shown.iter().all(|at_m| {
+            grid.key(at_m).with_neighbours().any(|key| {
+                let point = expected.get(&key);
+                point.is_some_and(|point| (at_m - point.cast::<f64>()).amax() <= half_m)
+            })
+        })
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -103,45 +116,36 @@ async fn a_browser_gets_the_map_that_the_topic_has() {
     let (mut socket, mut page) = (served.look().await, DecodedPage::default());
     // One that takes nothing: it is waited for by nobody.
     let _stopped = served.look().await;
-    let topics = [
-        ("/scan", "scan"),
-        ("/pose", "pose"),
-        ("/camera/depth/image_raw", "depth/image"),
-        ("/camera/depth/camera_info", "depth/camera_info"),
-    ];
-    let mut play = vec!["play".to_owned(), bag.display().to_string(), "--rate=4".to_owned()];
-    for (from, name) in topics {
-        let to = format!("{namespace}/{name}");
-        play.push(format!("--topics={from}"));
-        play.push(format!("--remap={from}:={to}"));
-        play.push(format!("--wait-for={to}"));
-    }
-    let player = Running::start(play);
-    show(&mut socket, &mut page, |page| page.total > 1_000).await;
+    let arguments = play(&bag, &namespace, &TO_DETECTION).into_iter();
+    let player = Running::start(arguments.chain(["--rate=4".to_owned()]));
+    let is_filled = async {
+        while page.total <= 1_000 {
+            let message = socket.next().await.unwrap();
+            show(&mut socket, &mut page, message).await;
+        }
+    };
+    timeout(PATIENCE, is_filled).await.expect("the page has a map");
     assert!(player.wait().success());
 
-    let mut last = timeout(PATIENCE, maps.next()).await.unwrap().message;
-    while let Ok(next) = timeout(SILENCE, maps.next()).await {
-        last = next.message;
-    }
-    let map = convert::cloud_from_message(&last).unwrap();
-    let grid = VoxelGrid::new(f64::from(page.voxel_edge_m)).unwrap();
-    let keyed = |point_m: &Point3<f32>| (grid.key(point_m), *point_m);
-    let expected: BTreeMap<VoxelKey, Point3<f32>> = map.points_m.iter().map(keyed).collect();
-    assert!(expected.len() == map.points_m.len() && expected.len() > 1_000, "{}", expected.len());
-    let half_m = f64::from(page.step_m) / 2.0 + 1e-5;
-    show(&mut socket, &mut page, |page| {
-        let shown: Vec<Point3<f64>> = page.points().map(|(_, at_m)| at_m).collect();
-        // A step may lead over the face of a voxel, and so the points are compared and not the voxels.
-        shown.len() == expected.len()
-            && shown.iter().all(|at_m| {
-                grid.key(at_m).with_neighbours().any(|key| {
-                    let point = expected.get(&key);
-                    point.is_some_and(|point| (at_m - point.cast::<f64>()).amax() <= half_m)
-                })
-            })
-    })
-    .await;
+    // The nodes may be behind: after each map there may be another, which the page is to have then.
+    let (mut last, mut came) = (None, Instant::now());
+    let has_the_last = async {
+        loop {
+            let is_shown = last.as_ref().is_some_and(|map| has(&page, map));
+            tokio::select! {
+                map = maps.next() => {
+                    last = Some(convert::cloud_from_message(&map.message).unwrap());
+                    came = Instant::now();
+                }
+                message = socket.next() => show(&mut socket, &mut page, message.unwrap()).await,
+                () = sleep_until(came + SILENCE), if is_shown => break,
+            }
+        }
+    };
+    let has_the_last = timeout(PATIENCE, has_the_last).await;
+    let points = last.map_or(0, |map| map.points_m.len());
+    assert!(has_the_last.is_ok(), "{} points on the page, {points} in the map", page.total);
+    assert!(points > 1_000, "{points}");
     drop((socket, maps));
     node.close().await;
     assert!(served.program.interrupt());
