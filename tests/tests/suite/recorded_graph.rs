@@ -9,6 +9,7 @@ use bag_player::{Bag, BagInfo, OfferedQos};
 use msgs::convert::stamp_from_time;
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::sensor_msgs::LaserScan;
+use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, Qos, RosArguments, Subscription};
 use rustix::process::Signal;
 use serde_json::Value;
@@ -137,9 +138,13 @@ async fn what_is_recorded_is_read_by_others_and_plays_again() {
     assert_eq!(scans.len(), count, "each scan is recorded once");
     let last = *scans.keys().next_back().unwrap();
     let heard = ear.subscription::<LaserScan>("again", &Qos::sensor(100)).unwrap();
-    let arguments = play(&path, &namespace, &[(scan.as_str(), "again")]).into_iter();
-    let player = Running::start(arguments.chain(["--rate=3".to_owned()]));
-    // The first ones may be lost before the two know each other: scans are sent with best effort.
+    let mut arguments = play(&path, &namespace, &[(scan.as_str(), "again")]);
+    arguments.push(format!("--pace={scan}={namespace}/go"));
+    let player = Running::start(arguments);
+    // The player waits for this publisher: what is sent with best effort before both ends know each other is lost.
+    timeout(PATIENCE, heard.wait_for_publishers(1)).await.expect("the player is there");
+    let go = ear.publisher::<StageReport>("go", &Qos::reliable(100)).unwrap();
+    timeout(PATIENCE, go.wait_for_subscribers(1)).await.expect("the player is paced");
     let (mut again, mut patience) = (Vec::new(), PATIENCE);
     while again.last() != Some(&last)
         && let Ok(received) = timeout(patience, heard.next()).await
@@ -147,13 +152,14 @@ async fn what_is_recorded_is_read_by_others_and_plays_again() {
         let stamp = stamp_from_time(received.message.header.stamp);
         assert_eq!(Some(&*received.message), scans.get(&stamp));
         again.push(stamp);
+        go.publish_or_warn(StageReport::default());
         patience = SILENCE;
     }
     println!("{} of {count} scans were played again", again.len());
     assert!(again.len() > count / 2, "{} of {count} scans", again.len());
     assert!(again.is_sorted_by(|one, next| one < next), "in their order, each once");
     assert!(player.wait().success());
-    drop((heard, reports));
+    drop((heard, go, reports));
     ear.close().await;
 }
 
