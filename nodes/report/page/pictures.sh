@@ -14,7 +14,7 @@ cargo build --quiet --locked -p report -p live-view -p stillmap-tests --example 
 examples=${CARGO_TARGET_DIR:-$PWD/../../../target}/debug/examples
 pages=$(mktemp -d)
 "$examples/pages" "$pages" >/dev/null
-export ROS_DOMAIN_ID=$((1 + $$ % 100)) ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
+export ROS_DOMAIN_ID=$((71 + $$ % 30)) ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
 exec {graph}< <(exec "$examples/made_up" 127.0.0.1:0)
 made_up=$!
 trap 'kill -INT "$made_up"; rm -rf "$pages"' EXIT

@@ -7,6 +7,7 @@ use msgs::sensor_msgs::PointCloud2;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 use tokio::time::timeout;
 
+use crate::domain::FreeDomain;
 use crate::program::Running;
 use crate::sensors::Sensors;
 
@@ -98,21 +99,19 @@ async fn do_not_meet(with_sensors: Copy, without: Copy) {
     without.end().await;
 }
 
-fn domain_id() -> u16 {
-    // Above 100 the ports are those that the kernel gives to anybody.
-    1 + (std::process::id() % 50) as u16
-}
-
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn two_copies_in_two_namespaces_do_not_meet() {
     let place = format!("/apart_{}", std::process::id());
-    let copy = |name: &str| Copy::start(domain_id(), &format!("{place}/{name}"));
+    let domain = FreeDomain::new();
+    let copy = |name: &str| Copy::start(domain.number(), &format!("{place}/{name}"));
     do_not_meet(copy("left"), copy("right")).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn two_copies_on_two_domains_do_not_meet() {
     let namespace = format!("/domains_{}", std::process::id());
-    let copy = |domain_id| Copy::start(domain_id, &namespace);
-    do_not_meet(copy(domain_id()), copy(domain_id() + 50)).await;
+    let domains = [FreeDomain::new(), FreeDomain::new()];
+    let [with_sensors, without] =
+        domains.each_ref().map(|domain| Copy::start(domain.number(), &namespace));
+    do_not_meet(with_sensors, without).await;
 }

@@ -11,11 +11,12 @@ use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::convert;
 use msgs::sensor_msgs::{Image, LaserScan};
-use node_shell::{Node, Qos, Role, RosArguments, Transport};
+use node_shell::{Node, Qos, Role, RosArguments};
 use serde_json::Value;
 use tokio::time::timeout;
 
 use crate::bags::{made_once, small_room};
+use crate::domain::FreeDomain;
 use crate::playing::{IMAGES, TO_DETECTION, play};
 use crate::program::{Running, stillmap, succeed};
 use crate::python::python_with;
@@ -254,13 +255,12 @@ fn successive(images: &Times) -> usize {
 async fn filtered_topics_come_at_the_rates_of_the_sensors_and_only_while_they_are_wanted() {
     let folder = tempfile::tempdir().unwrap();
     let bag = crowd(folder.path());
-    let domain_id = (1 + std::process::id().wrapping_mul(23) % 100) as u16;
+    let domain = FreeDomain::new();
     let namespace = format!("/filtered_{}", std::process::id());
     let rule = format!("__ns:={namespace}");
     let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
-    let node =
-        Node::start_on(Transport::on_domain(domain_id).unwrap(), "mapper", &arguments).unwrap();
-    let up = Running::start_on(domain_id, ["up", "--ros-args", "-r", &rule]);
+    let node = Node::start_on(domain.transport(), "mapper", &arguments).unwrap();
+    let up = Running::start_on(domain.number(), ["up", "--ros-args", "-r", &rule]);
     let qos = Qos::sensor(50);
     let scans = node.subscription::<LaserScan>("scan", &qos).unwrap();
     let images = node.subscription::<Image>("depth/image", &qos).unwrap();
@@ -286,7 +286,7 @@ async fn filtered_topics_come_at_the_rates_of_the_sensors_and_only_while_they_ar
     timeout(PATIENCE, waited).await.expect("segmentation subscribes when it is wanted");
     // The program is not optimised, and other tests run beside it.
     let arguments = play(&bag, &namespace, &TO_DETECTION).into_iter();
-    let player = Running::start_on(domain_id, arguments.chain(["--rate=0.3".to_owned()]));
+    let player = Running::start_on(domain.number(), arguments.chain(["--rate=0.3".to_owned()]));
     let [mut raw_scans, mut made_scans, mut raw_images, mut made_images] =
         [const { Times::new() }; 4];
     while made_scans.len() < ENOUGH || successive(&made_images) < ENOUGH {

@@ -11,6 +11,7 @@
 mod bad_input;
 mod bag_formats;
 mod bags;
+mod domain;
 mod existing_files;
 mod interrupted;
 mod playing;

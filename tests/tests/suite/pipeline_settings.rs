@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::stillmap_msgs::StageReport;
 use msgs::{RosMessage, convert};
-use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
+use node_shell::{Node, Qos, RosArguments, Subscription};
 
 use crate::bags::pose;
+use crate::domain::FreeDomain;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -61,14 +62,14 @@ async fn until<M: RosMessage>(
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn nodes_with_other_edges_methods_or_rigs_refuse_the_cycle_with_both_values() {
     let folder = tempfile::tempdir().unwrap();
+    let domain = FreeDomain::new();
     for (index, (name, assignment, said)) in CASES.into_iter().enumerate() {
         let process = std::process::id();
-        let domain = (1 + process % 100) as u16;
         let namespace = format!("__ns:=/settings_{process}_{index}");
         let log = folder.path().join(format!("{index}.log"));
         let child = std::process::Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
             .args(["node", name, "--ros-args", "-r", &namespace, "-p", assignment])
-            .env("ROS_DOMAIN_ID", domain.to_string())
+            .env("ROS_DOMAIN_ID", domain.number().to_string())
             .stdin(std::process::Stdio::null())
             .stdout(std::process::Stdio::null())
             .stderr(std::fs::File::create(&log).unwrap())
@@ -76,8 +77,7 @@ async fn nodes_with_other_edges_methods_or_rigs_refuse_the_cycle_with_both_value
             .unwrap();
         let node = Logged { child, log };
         let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
-        let peer =
-            Node::start_on(Transport::on_domain(domain).unwrap(), "peer", &arguments).unwrap();
+        let peer = Node::start_on(domain.transport(), "peer", &arguments).unwrap();
         {
             let qos = Qos::reliable(20);
             let reports =

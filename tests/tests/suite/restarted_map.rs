@@ -9,11 +9,12 @@ use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::StageReport;
 use nalgebra::Point3;
-use node_shell::{Node, Qos, RosArguments, Transport};
+use node_shell::{Node, Qos, RosArguments};
 use rustix::process::Signal;
 use tokio::time::timeout;
 
 use crate::bags::small_room;
+use crate::domain::FreeDomain;
 use crate::program::Running;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
@@ -26,13 +27,12 @@ const CYCLES: usize = 20;
 /// The service as it is shipped, in a folder of its own on a domain of its own.
 struct Service {
     folder: tempfile::TempDir,
-    domain_id: u16,
+    domain: FreeDomain,
 }
 
 impl Service {
     fn new() -> Self {
-        let domain_id = (1 + std::process::id().wrapping_mul(23) % 100) as u16;
-        Self { folder: tempfile::tempdir().unwrap(), domain_id }
+        Self { folder: tempfile::tempdir().unwrap(), domain: FreeDomain::new() }
     }
 
     fn start(&self) -> Running {
@@ -42,12 +42,12 @@ impl Service {
         let words = command.split(' ').skip(1);
         // A map that is saved more often, so that the test need not wait for half a minute.
         let often = ["-p", "reconstruction:map_save_period_s:=0.3"];
-        Running::start_in(self.folder.path(), self.domain_id, words.chain(often))
+        Running::start_in(self.folder.path(), self.domain.number(), words.chain(often))
     }
 
     fn node(&self, name: &str) -> Node {
-        let transport = Transport::on_domain(self.domain_id).unwrap();
-        Node::start_on(transport, name, &RosArguments::parse(["x"]).unwrap()).unwrap()
+        let arguments = RosArguments::parse(["x"]).unwrap();
+        Node::start_on(self.domain.transport(), name, &arguments).unwrap()
     }
 
     /// The robot drives until so many cycles have become a part of the map.
@@ -57,7 +57,7 @@ impl Service {
             node.subscription::<StageReport>("reconstruction/report", &Qos::reliable(200)).unwrap();
         timeout(PATIENCE, reports.wait_for_publishers(1)).await.unwrap();
         let player = Running::start_on(
-            self.domain_id,
+            self.domain.number(),
             ["play", bag.to_str().unwrap(), "--wait-for=/scan,/pose,/camera/depth/image_raw"],
         );
         let mut cycles = 0;

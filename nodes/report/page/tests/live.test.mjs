@@ -8,17 +8,17 @@ import { createInterface } from "node:readline";
 import { after, before, test } from "node:test";
 import { setTimeout } from "node:timers/promises";
 import { launch } from "./browser.mjs";
+import { freeDomain } from "./domain.mjs";
 
 const WAIT_MS = 120_000;
 /** What hangs is to end. */
 const LONGEST_MS = 900_000;
 const AGAIN_MS = 500;
-let browser, graph;
+let browser, graph, place;
 
 /** Starts the graph; resolves with the address of its page. */
 async function start(port) {
-  // A domain of its own, on this machine.
-  const env = { ...process.env, ROS_DOMAIN_ID: String(1 + (process.pid % 100)), ROS_AUTOMATIC_DISCOVERY_RANGE: "LOCALHOST" };
+  const env = { ...process.env, ROS_DOMAIN_ID: String(place.domain), ROS_AUTOMATIC_DISCOVERY_RANGE: "LOCALHOST" };
   // Whoever was given the port since the last graph had it lets go of it again.
   for (;;) {
     graph = spawn(process.env.MADE_UP, [`127.0.0.1:${port}`], { env, stdio: ["ignore", "pipe", "inherit"] });
@@ -36,9 +36,13 @@ async function stop() {
   return code;
 }
 
-before(async () => (browser = await launch()));
+before(async () => {
+  place = await freeDomain();
+  browser = await launch();
+});
 after(async () => {
   await stop();
+  place.guard.close();
   await browser.close();
 });
 

@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 use super::page::Page;
 use super::root;
 use crate::bags::made_once;
+use crate::domain::FreeDomain;
 use crate::merged_maps;
 use crate::program::succeed;
 
@@ -22,12 +23,6 @@ const MARKS: [(&str, &str); 6] = [
     ("build", "it builds; the gate and the workflow do so"),
     ("slow", "it takes longer than a test may; the gate runs it, or its like"),
 ];
-
-/// A domain for the pages that send, apart from that of another run of the tests.
-fn domain_id() -> String {
-    // Above 100 the ports are those that the kernel gives to anybody.
-    (51 + std::process::id() % 50).to_string()
-}
 
 /// The files that the pages name beside those that their own commands make.
 fn data(page: &str, folder: &Path) {
@@ -84,6 +79,8 @@ fn run(name: &str) {
     }
     let programs = std::env::var("PATH").unwrap_or_default();
     let programs = format!("{}:{programs}", path("bin").display());
+    // Some pages send.
+    let domain = FreeDomain::new();
     let mut has_data = false;
     for block in page.blocks.iter().filter(|block| block.mark.is_empty()) {
         if !has_data {
@@ -94,7 +91,7 @@ fn run(name: &str) {
             .args(["-euc", &block.text])
             .current_dir(folder.path())
             .env("PATH", &programs)
-            .env("ROS_DOMAIN_ID", domain_id())
+            .env("ROS_DOMAIN_ID", domain.number().to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .stdin(Stdio::null())
             .output()

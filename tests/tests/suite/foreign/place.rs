@@ -4,12 +4,14 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
 use msgs::RosMessage;
-use node_shell::{Node, Publisher, RosArguments, Subscription, Transport};
+use node_shell::{Node, Publisher, RosArguments, Subscription};
 use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::time::timeout;
 
+use crate::domain::FreeDomain;
+
 /// Longer than anything here takes on a busy machine; reached only by a fault.
-pub(super) const PATIENCE: Duration = Duration::from_secs(30);
+pub(super) const PATIENCE: Duration = Duration::from_secs(120);
 
 /// How often the first message is sent before the exchange counts as broken.
 ///
@@ -17,7 +19,7 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(30);
 /// which it does not want; and RustDDS may announce a sample a moment before it sends it. So the very first
 /// message after a match is lost now and then (up to one match in ten on a busy machine). Whoever answers
 /// one message is past that.
-pub(super) const GREETINGS: usize = 5;
+pub(super) const GREETINGS: usize = 30;
 /// How long one of them may take.
 pub(super) const LONGEST_GREETING: Duration = Duration::from_secs(1);
 
@@ -26,7 +28,7 @@ const AT_ONCE: u32 = 3;
 
 /// A domain and a namespace.
 pub(super) struct Place {
-    domain_id: u16,
+    domain: FreeDomain,
     namespace: String,
     /// Few at a time: the tests load the machine.
     _permit: SemaphorePermit<'static>,
@@ -47,15 +49,12 @@ impl Place {
         static COUNT: AtomicU16 = AtomicU16::new(0);
         let permit = PERMITS.acquire_many(permits).await.unwrap();
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let process = std::process::id();
-        // Above 100 the ports are those that the kernel gives to anybody.
-        let domain_id = 1 + (process.wrapping_mul(13) + u32::from(count)) % 100;
-        let namespace = format!("/foreign_{process}_{count}");
-        Self { domain_id: domain_id as u16, namespace, _permit: permit }
+        let namespace = format!("/foreign_{}_{count}", std::process::id());
+        Self { domain: FreeDomain::new(), namespace, _permit: permit }
     }
 
     pub(super) fn domain_id(&self) -> u16 {
-        self.domain_id
+        self.domain.number()
     }
 
     pub(super) fn namespace(&self) -> &str {
@@ -69,10 +68,10 @@ impl Place {
 
     /// The same with more of ROS 2's arguments.
     pub(super) fn node_with(&self, name: &str, more: &[&str]) -> Node {
-        let transport = Transport::on_domain(self.domain_id).unwrap();
         let namespace = format!("__ns:={}", self.namespace);
         let line = ["--ros-args", "-r", &namespace].into_iter().chain(more.iter().copied());
-        Node::start_on(transport, name, &RosArguments::parse(line).unwrap()).unwrap()
+        let arguments = RosArguments::parse(line).unwrap();
+        Node::start_on(self.domain.transport(), name, &arguments).unwrap()
     }
 }
 

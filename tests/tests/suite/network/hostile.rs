@@ -14,12 +14,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use geometry::Stamp;
 use msgs::convert;
 use msgs::diagnostic_msgs::DiagnosticArray;
-use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
+use node_shell::{Node, Qos, RosArguments, Subscription};
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::time::timeout;
 
 use super::end::PATIENCE;
 use crate::bags::{bag_of, pose, ten_stamps};
+use crate::domain::FreeDomain;
 
 /// What no node may grow beyond. The suite has some 60 MB here, and without the filter 300 MB more each second.
 const MOST_BYTES: u64 = 500 << 20;
@@ -115,16 +116,13 @@ async fn all_report(ear: &Node, names: &[String], when: &str) -> Duration {
 }
 
 /// Sends each packet to a program and expects it to go on as if nothing had come.
-async fn withstands(nth: u16, program: &[&str], nodes: &[&str]) {
-    let process = std::process::id();
-    // Above 100 the ports are those that the kernel gives to anybody.
-    let domain_id = 1 + (process.wrapping_mul(7) + u32::from(nth)) as u16 % 100;
-    let namespace = format!("/hostile_{process}_{nth}");
+async fn withstands(program: &[&str], nodes: &[&str]) {
+    let domain = FreeDomain::new();
+    let namespace = format!("/hostile_{}", std::process::id());
     let rule = format!("__ns:={namespace}");
     let node = |name: &str| {
-        let transport = Transport::on_domain(domain_id).unwrap();
         let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
-        Node::start_on(transport, name, &arguments).unwrap()
+        Node::start_on(domain.transport(), name, &arguments).unwrap()
     };
     let (ear, other) = (node("ear"), node("other"));
     let prefix = async {
@@ -138,14 +136,14 @@ async fn withstands(nth: u16, program: &[&str], nodes: &[&str]) {
     };
     let prefix = timeout(PATIENCE, prefix).await.unwrap();
     let line = [program, &["--ros-args", "-r", &rule]].concat();
-    let mut target = Watched::start(domain_id, &line);
+    let mut target = Watched::start(domain.number(), &line);
     let names: Vec<_> = nodes.iter().map(|node| format!("{namespace}/{node}")).collect();
     all_report(&ear, &names, "at the start").await;
     let before = resident_bytes(target.pid).unwrap();
 
     let socket = UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     // RTPS 2.5, section 9.6.2.3.
-    let first_port = 7410 + 250 * domain_id;
+    let first_port = 7410 + 250 * domain.number();
     for (name, packet) in packets::that_end_a_node() {
         target.most_bytes.store(0, Ordering::Relaxed);
         for count in 0..TIMES {
@@ -175,7 +173,7 @@ async fn no_datagram_ends_a_node_the_suite_or_the_player() {
     let bag = bag_of(folder.path(), "poses.mcap", |topics| {
         topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
     });
-    withstands(0, &["node", "detection"], &["detection"]).await;
-    withstands(1, &["up"], &["detection", "segmentation", "reconstruction"]).await;
-    withstands(2, &["play", bag.to_str().unwrap(), "--loop"], &["bag_player"]).await;
+    withstands(&["node", "detection"], &["detection"]).await;
+    withstands(&["up"], &["detection", "segmentation", "reconstruction"]).await;
+    withstands(&["play", bag.to_str().unwrap(), "--loop"], &["bag_player"]).await;
 }

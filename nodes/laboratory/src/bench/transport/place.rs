@@ -7,9 +7,9 @@ use super::case::Mode;
 use robot::Failure;
 use robot::Process;
 
-/// The domains of runs: above 0, which robots use, and below those whose ports overlap with the ephemeral ports of
-/// Linux.
-const DOMAINS: u32 = 100;
+/// The domains of runs: above 0, which robots use, and those of the tests (`free_domain.rs` of `node-shell`), and below those
+/// whose ports overlap with the ephemeral ports of Linux.
+const DOMAINS: std::ops::Range<u32> = 71..101;
 
 /// A domain and a namespace.
 #[derive(Clone, Debug)]
@@ -24,7 +24,8 @@ impl Place {
     /// Those of the run with this number.
     pub(super) fn new(run: u32, mode: Mode, buffer_kib: Option<u32>) -> Self {
         let process = std::process::id();
-        let domain = 1 + process.wrapping_mul(13).wrapping_add(run) % DOMAINS;
+        let domain =
+            DOMAINS.start + process.wrapping_mul(13).wrapping_add(run) % DOMAINS.len() as u32;
         Self { domain, mode, namespace: format!("/bench_{process}_{run}"), buffer_kib }
     }
 
@@ -63,9 +64,10 @@ mod tests {
 
     #[test]
     fn runs_do_not_meet() {
-        let places: Vec<_> = (0..100).map(|run| Place::new(run, Mode::Localhost, None)).collect();
+        let runs = 0..DOMAINS.len() as u32;
+        let places: Vec<_> = runs.map(|run| Place::new(run, Mode::Localhost, None)).collect();
         for (at, place) in places.iter().enumerate() {
-            assert!((1..=DOMAINS).contains(&place.domain));
+            assert!(DOMAINS.contains(&place.domain));
             let meets =
                 |other: &Place| other.domain == place.domain || other.namespace == place.namespace;
             assert!(!places[..at].iter().any(meets));
