@@ -120,4 +120,5 @@ def run(domain):
     while not ended.wait(PERIOD_S):
         while orders:
             graph.add(orders.pop(0))
+            print("created", flush=True)
         graph.speak()
