@@ -1,9 +1,9 @@
 //! Several machines: programs in network namespaces of their own, joined by veth pairs.
 //!
 //! A test makes its machines and they go with it; the network of the host it runs on is not touched.
-//! Where the kernel allows no namespaces, each test says so in one line and shows nothing.
+//! Where no namespaces may be made or set up, each test says so in one line and shows nothing.
 
-mod end;
+pub(crate) mod end;
 mod site;
 
 mod coming_and_going;

@@ -7,6 +7,7 @@ use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::os::fd::AsFd;
+use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -57,21 +58,24 @@ impl Site {
                 return None;
             }
         }
-        let is_allowed = |arguments: &[&str]| {
-            output("unshare", arguments).is_ok_and(|output| output.status.success())
+        let is_allowed = |user: &[&str]| {
+            let setting = without_ipv6().unwrap_or("true");
+            let words = user.iter().copied().chain(["--net", "--mount"]);
+            let arguments: Vec<&str> = words.chain(setting.split(' ')).collect();
+            output("unshare", &arguments).is_ok_and(|output| output.status.success())
         };
-        let (right, user) = if is_allowed(&["--net", "--mount", "true"]) {
+        let (right, user) = if is_allowed(&[]) {
             (Right::Root, None)
-        } else if is_allowed(&["--map-root-user", "--net", "--mount", "true"]) {
+        } else if is_allowed(&["--map-root-user"]) {
             let user = Holder::start("unshare", &["--map-root-user"]);
             (Right::OwnUserNamespace, Some(user))
         } else {
             assert!(
                 !(is_ci && rustix::process::geteuid().is_root()),
-                "root may make no network namespaces here"
+                "root may make no network namespaces here, or not set them up"
             );
             println!(
-                "not shown, the kernel allows no network namespaces here: nodes on several machines"
+                "not shown, no network namespaces may be made and set up here: nodes on several machines"
             );
             return None;
         };
@@ -90,10 +94,9 @@ impl Site {
             }
         };
         let machine = Machine { holder, right: self.right };
-        // Address resolution and router solicitations of IPv6 would be counted among the packets.
-        machine.configure(
-            "sysctl -qw net.ipv6.conf.all.disable_ipv6=1 net.ipv6.conf.default.disable_ipv6=1",
-        );
+        if let Some(setting) = without_ipv6() {
+            machine.configure(setting);
+        }
         machine.configure("ip link set lo up");
         machine
     }
@@ -300,6 +303,14 @@ impl Drop for Holder {
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
+}
+
+/// The command that takes IPv6 from a machine: its address resolution and router solicitations would be counted among the packets.
+/// `None` where the kernel has none. In containers whose `/proc/sys` may not be written it fails.
+fn without_ipv6() -> Option<&'static str> {
+    let command =
+        "sysctl -qw net.ipv6.conf.all.disable_ipv6=1 net.ipv6.conf.default.disable_ipv6=1";
+    Path::new("/proc/sys/net/ipv6").exists().then_some(command)
 }
 
 fn output(program: &str, arguments: &[&str]) -> std::io::Result<Output> {
