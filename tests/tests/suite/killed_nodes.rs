@@ -8,13 +8,12 @@ use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, Qos, RosArguments, Subscription};
 use tokio::time::timeout;
 
+use crate::network::end::BEFORE_THE_LEASE;
 use crate::program::Running;
 use crate::sensors::Sensors;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// DDS gives a silent peer up after 50 s: what happens in half of that does not depend on it. How long it takes is printed.
-const WELL_BEFORE_THE_LEASE: Duration = Duration::from_secs(25);
 /// So many of its cycles show that a node goes on.
 const CYCLES: usize = 10;
 
@@ -162,7 +161,7 @@ async fn each_node_may_be_killed_while_the_graph_runs() {
         if let Some(missed) = place.missed {
             let says = is_missed(&reports, &namespace, missed).await;
             println!("{} away: after {:?} {} says: {says}", place.name, killed.elapsed(), missed.0);
-            assert!(killed.elapsed() < WELL_BEFORE_THE_LEASE, "{says}");
+            assert!(killed.elapsed() < BEFORE_THE_LEASE, "{says}");
         }
         for member in &mut members {
             let is_behind = place.behind.contains(&member.place.name);
@@ -185,7 +184,7 @@ async fn each_node_may_be_killed_while_the_graph_runs() {
             }
         }
         let returned = returned.elapsed();
-        assert!(returned < WELL_BEFORE_THE_LEASE, "{}: {returned:?}", place.name);
+        assert!(returned < BEFORE_THE_LEASE, "{}: {returned:?}", place.name);
     }
 
     sensors.end().await;

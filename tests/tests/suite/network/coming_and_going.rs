@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use msgs::sensor_msgs::Image;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 
-use super::end::{End, PATIENCE, Published, Subscribed, WELL_BEFORE_THE_LEASE};
+use super::end::{BEFORE_THE_LEASE, End, PATIENCE, Published, RELIABLE, Subscribed};
 use super::site::Site;
 
 /// The rate at which an interrupted link is looked at.
@@ -25,7 +25,7 @@ fn a_clean_end_is_seen_at_once_on_the_other_machine() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, _) = site.two_machines();
     let mut publisher =
-        End::publish(&driver, &[], "--topic image --bytes 100 --hz 10 --seconds 60");
+        End::publish(&driver, &[], "--topic image --bytes 100 --hz 10 --seconds 300");
     let seen_after = compute.inside(|| async move {
         let arguments = RosArguments::parse([""; 0]).unwrap();
         let transport = Transport::on_domain(0).unwrap();
@@ -44,53 +44,50 @@ fn a_clean_end_is_seen_at_once_on_the_other_machine() {
     });
     let Some(seen_after) = seen_after else { return };
     println!("a clean end is seen after {seen_after:?}");
-    assert!(seen_after < WELL_BEFORE_THE_LEASE, "{seen_after:?}");
+    assert!(seen_after < BEFORE_THE_LEASE, "{seen_after:?}");
 }
 
 #[test]
 fn a_killed_peer_that_returns_is_matched_again() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, _) = site.two_machines();
-    let publish = "--topic scan --bytes 4000 --hz 20 --reliable --depth 50 --wait";
-    let subscriber =
-        End::subscribe(&compute, &[], "--topic scan --reliable --depth 50 --seconds 60");
-    let mut first = End::publish(&driver, &[], &format!("{publish} --seconds 60"));
+    let publish = format!("--topic scan --bytes 4000 --hz 20 --wait {RELIABLE}");
+    // One may be of the first publisher.
+    let subscribe = format!("--topic scan --count 21 {RELIABLE}");
+    let subscriber = End::subscribe(&compute, &[], &subscribe);
+    let mut first = End::publish(&driver, &[], &format!("{publish} --count 1"));
     first.wait_for_match();
     first.kill();
 
     let returned = Instant::now();
-    let mut second = End::publish(&driver, &[], &format!("{publish} --count 20"));
+    let mut second = End::publish(&driver, &[], &publish);
     second.wait_for_match();
     let matched_after = returned.elapsed();
-    let published: Published = second.finish();
-    let subscribed: Subscribed = subscriber.interrupt();
+    let subscribed: Subscribed = subscriber.finish();
+    let published: Published = second.interrupt();
     println!("a killed publisher that returns is matched after {matched_after:?}");
-    assert!(matched_after < WELL_BEFORE_THE_LEASE, "{matched_after:?}");
-    assert_eq!((published.published, published.refused), (20, 0));
-    assert!(subscribed.received >= 20, "{subscribed:?}");
-    assert_eq!(subscribed.lost, Some(0), "{subscribed:?}");
+    assert!(matched_after < BEFORE_THE_LEASE, "{matched_after:?}");
+    assert_eq!(published.refused, 0, "{published:?}");
+    assert_eq!((subscribed.received, subscribed.lost), (21, Some(0)), "{subscribed:?}");
 }
 
 #[test]
 fn a_killed_subscriber_that_returns_is_served_again() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, _) = site.two_machines();
-    let subscribe = "--topic scan --reliable --depth 50";
-    let publisher = End::publish(
-        &driver,
-        &[],
-        "--topic scan --bytes 4000 --hz 20 --reliable --depth 50 --seconds 60",
-    );
-    let mut first = End::subscribe(&compute, &[], &format!("{subscribe} --seconds 60"));
+    let publish = format!("--topic scan --bytes 4000 --hz 20 {RELIABLE}");
+    let publisher = End::publish(&driver, &[], &publish);
+    let subscribe = format!("--topic scan {RELIABLE}");
+    let mut first = End::subscribe(&compute, &[], &subscribe);
     first.wait_for_match();
     first.kill();
 
-    let second: Subscribed =
-        End::subscribe(&compute, &[], &format!("{subscribe} --count 20")).finish();
+    let subscribe = format!("{subscribe} --count 20");
+    let second: Subscribed = End::subscribe(&compute, &[], &subscribe).finish();
     let published: Published = publisher.interrupt();
     let first_s = second.first_s.unwrap();
     println!("a killed subscriber that returns is served after {first_s:.2} s");
-    assert!(Duration::from_secs_f64(first_s) < WELL_BEFORE_THE_LEASE, "{first_s} s");
+    assert!(Duration::from_secs_f64(first_s) < BEFORE_THE_LEASE, "{first_s} s");
     assert_eq!((second.received, second.lost), (20, Some(0)), "{second:?}");
     assert_eq!(published.refused, 0, "{published:?}");
 }
@@ -99,8 +96,8 @@ fn a_killed_subscriber_that_returns_is_served_again() {
 fn after_a_broken_link_messages_arrive_again() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, link) = site.two_machines();
-    let subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 60");
-    let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 60");
+    let subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 300");
+    let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 300");
     let publisher = End::publish(&driver, &[], &publish);
     // Far more than discovery takes: a second of messages.
     let flows = || {
@@ -122,8 +119,8 @@ fn after_a_broken_link_messages_arrive_again() {
     let away = Duration::from_secs_f64(subscribed.lost.unwrap() as f64 / HZ as f64);
     println!("a link that was down for {down:?} took the messages of {away:?}");
     // What was lost beyond the interruption is how long the return took.
-    assert!(away < down + WELL_BEFORE_THE_LEASE, "{subscribed:?}");
-    assert!(away > down / 2, "the link was down: {subscribed:?}");
+    assert!(away < down + BEFORE_THE_LEASE, "{subscribed:?}");
+    assert!(!away.is_zero(), "the link was down: {subscribed:?}");
 }
 
 #[test]
@@ -132,8 +129,8 @@ fn nodes_that_started_apart_meet_when_the_link_comes_up() {
     let (driver, compute, link) = site.two_machines();
     driver.set_up(link, false);
     let mut publisher =
-        End::publish(&driver, &[], "--topic scan --bytes 1000 --hz 10 --seconds 60");
-    let mut subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 60");
+        End::publish(&driver, &[], "--topic scan --bytes 1000 --hz 10 --seconds 300");
+    let mut subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 300");
     // Both have announced themselves into the void by then.
     for end in [&mut publisher, &mut subscriber] {
         assert!(!end.finds_a_peer_within(Duration::from_secs(1)));
@@ -144,7 +141,7 @@ fn nodes_that_started_apart_meet_when_the_link_comes_up() {
     subscriber.wait_for_match();
     let matched_after = up.elapsed();
     println!("nodes that started apart meet {matched_after:?} after the link came up");
-    assert!(matched_after < WELL_BEFORE_THE_LEASE, "{matched_after:?}");
+    assert!(matched_after < BEFORE_THE_LEASE, "{matched_after:?}");
 }
 
 #[test]
@@ -154,9 +151,9 @@ fn who_comes_late_gets_the_map_of_the_other_machine() {
     let mapper = End::publish(
         &compute,
         &[],
-        "--topic map --bytes 4000000 --hz 10 --count 3 --latched --linger 60",
+        "--topic map --bytes 4000000 --hz 10 --count 3 --latched --linger 300",
     );
-    let mut early = End::subscribe(&driver, &[], "--topic map --latched --seconds 60");
+    let mut early = End::subscribe(&driver, &[], "--topic map --latched --seconds 300");
     early.wait_for_match();
     let late: Subscribed = End::subscribe(&driver, &[], "--topic map --latched --count 1").finish();
     mapper.interrupt::<Published>();
@@ -172,8 +169,8 @@ const LONGER_THAN_THE_LEASE: Duration = Duration::from_secs(60);
 fn after_a_link_was_broken_for_longer_than_the_lease_messages_arrive_again() {
     let Some(site) = Site::new() else { return };
     let (driver, compute, link) = site.two_machines();
-    let mut subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 120");
-    let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 120");
+    let mut subscriber = End::subscribe(&compute, &[], "--topic scan --seconds 300");
+    let publish = format!("--topic scan --bytes 1000 --hz {HZ} --wait --seconds 300");
     let mut publisher = End::publish(&driver, &[], &publish);
     publisher.wait_for_match();
     driver.set_up(link, false);
@@ -184,7 +181,7 @@ fn after_a_link_was_broken_for_longer_than_the_lease_messages_arrive_again() {
         assert!(end.wait_for_line(PATIENCE, |line| line.contains("is heard again")));
     }
     println!("after a link was broken the ends hear of each other after {:?}", up.elapsed());
-    assert!(up.elapsed() < WELL_BEFORE_THE_LEASE, "{:?}", up.elapsed());
+    assert!(up.elapsed() < BEFORE_THE_LEASE, "{:?}", up.elapsed());
     let (before, heard) = (compute.received_packets(link), Instant::now());
     while compute.received_packets(link) < before + 3 * HZ {
         assert!(heard.elapsed() < PATIENCE, "no messages {:?} after that", heard.elapsed());
