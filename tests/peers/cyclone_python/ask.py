@@ -18,7 +18,7 @@ from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
 # The test gives up sooner.
-PATIENCE_S = 60
+PATIENCE_S = 180
 LOOK_PERIOD_S = 0.005
 
 

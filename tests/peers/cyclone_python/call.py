@@ -18,7 +18,7 @@ from cyclonedds.util import duration
 import messages
 
 # The test gives up sooner.
-PATIENCE_S = 60
+PATIENCE_S = 180
 LOOK_PERIOD_S = 0.005
 DEPTH = 1000
 

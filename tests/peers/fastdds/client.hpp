@@ -19,7 +19,7 @@
 #include <fastdds/dds/topic/TypeSupport.hpp>
 
 // The test gives up sooner.
-constexpr auto patience = std::chrono::seconds(60);
+constexpr auto patience = std::chrono::seconds(180);
 constexpr auto look_period = std::chrono::milliseconds(5);
 
 [[noreturn]] inline void fail(const std::string& what) {

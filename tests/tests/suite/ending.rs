@@ -14,7 +14,7 @@ use crate::program::Running;
 const PATIENCE: Duration = Duration::from_secs(60);
 /// In this time a node has ended, on however busy a machine; what waits for a lease takes longer. It takes 10 ms, and with a
 /// map that is synced to an idle disk 100 ms; `ros2 launch` waits for 5 s before it sends the next, harder signal.
-const LONGEST_END: Duration = Duration::from_secs(25);
+pub(crate) const LONGEST_END: Duration = Duration::from_secs(25);
 
 /// Each program, and the nodes that it is.
 const PROGRAMS: [(&[&str], &[&str]); 11] = [
