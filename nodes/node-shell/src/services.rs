@@ -2,6 +2,7 @@
 //! diagnostics, its log, reports of its cycles; tf, and what an odometry publishes.
 
 pub(crate) mod diagnostics;
+pub(crate) mod library_watch;
 pub(crate) mod lifecycle;
 pub(crate) mod odometry_output;
 pub(crate) mod own_tasks;

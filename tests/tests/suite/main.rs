@@ -60,6 +60,7 @@ mod restarted_map;
 mod restarted_node;
 mod scenes;
 mod simulated_time;
+mod stopped_process;
 mod up;
 
 mod recorded_camera;

@@ -83,6 +83,18 @@ impl Running {
         Self::spawn(program.args(arguments).env("ROS_DOMAIN_ID", domain_id))
     }
 
+    /// The same with its log in a file.
+    pub(crate) fn start_on_with_log<A: AsRef<OsStr>>(
+        domain_id: u16,
+        log: &Path,
+        arguments: impl IntoIterator<Item = A>,
+    ) -> Self {
+        let domain_id = domain_id.to_string();
+        let log = std::fs::File::create(log).unwrap();
+        let mut program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"));
+        Self::spawn(program.args(arguments).env("ROS_DOMAIN_ID", domain_id).stderr(log))
+    }
+
     /// The same with the current folder of a service.
     pub(crate) fn start_in<A: AsRef<OsStr>>(
         folder: &Path,
@@ -139,8 +151,7 @@ impl Running {
 
     /// Asks it to end twice, as `ros2 launch` does on Ctrl-C, and returns whether it ended well.
     pub(crate) fn interrupt_twice(self) -> bool {
-        let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
-        kill_process(pid, Signal::INT).unwrap();
+        self.signal(Signal::INT);
         // What launch was seen to take until its own signal.
         std::thread::sleep(std::time::Duration::from_millis(5));
         self.interrupt()
@@ -148,9 +159,13 @@ impl Running {
 
     /// Sends it a signal, and waits for its end.
     pub(crate) fn end(mut self, signal: Signal) -> ExitStatus {
+        self.signal(signal);
+        self.child.wait().unwrap()
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
         let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap()).unwrap();
         kill_process(pid, signal).unwrap();
-        self.child.wait().unwrap()
     }
 }
 

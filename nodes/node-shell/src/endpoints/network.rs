@@ -74,7 +74,7 @@ pub(crate) struct Dds {
 /// The library's node, which makes one endpoint at a time.
 struct Library {
     node: Mutex<ros2_client::Node>,
-    threads: LibraryThreads,
+    threads: Arc<LibraryThreads>,
 }
 
 /// The library's node while its threads are at rest, to make an endpoint.
@@ -150,7 +150,7 @@ impl Network {
             smallest_mtu_bytes: transport::smallest_mtu_bytes(),
             _announcer: announcer,
             _backlog: backlog,
-            library: Arc::new(Library { node: Mutex::new(node), threads }),
+            library: Arc::new(Library { node: Mutex::new(node), threads: Arc::new(threads) }),
             context,
         };
         Ok(Self { stop, tasks: Mutex::new(vec![follow]), link: Link::Dds(Box::new(dds)) })
@@ -198,6 +198,11 @@ impl Network {
 }
 
 impl Dds {
+    /// The library's threads for this node.
+    pub(crate) fn threads(&self) -> Arc<LibraryThreads> {
+        Arc::clone(&self.library.threads)
+    }
+
     /// Makes writers of one topic, one after the other.
     pub(crate) fn writer_maker(
         &self,

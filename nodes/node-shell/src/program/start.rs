@@ -16,6 +16,7 @@ impl Host {
         node.start_clock()?;
         node.start_diagnostics()?;
         node.start_rosout()?;
+        node.watch_library();
         Ok(node)
     }
 }

@@ -6,11 +6,12 @@ use msgs::RosMessage;
 use msgs::rosgraph_msgs::Clock;
 
 use crate::endpoints::gate::Gate;
+use crate::endpoints::network::Dds;
 use crate::node::Node;
 use crate::node::clock::CLOCK_TOPIC;
 use crate::process::log::NodeLines;
 use crate::services::diagnostics::Diagnostics;
-use crate::services::rosout;
+use crate::services::{library_watch, rosout};
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 
@@ -47,6 +48,14 @@ impl Node {
         };
         network.spawn(|stop| diagnostics.run(stop));
         Ok(())
+    }
+
+    /// Ends the process once the DDS library no longer serves the node.
+    pub(crate) fn watch_library(&self) {
+        let Some(network) = self.network() else { return };
+        let Some(threads) = network.link.dds().map(Dds::threads) else { return };
+        let shutdown = self.shutdown_signal();
+        network.spawn(|stop| library_watch::watch(threads, shutdown, stop));
     }
 
     /// Publishes the node's log.

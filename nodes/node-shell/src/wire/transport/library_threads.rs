@@ -17,6 +17,9 @@ use super::reception::{Paused, Reception};
 /// How the library's threads are called: "RustDDS Participant 0 event loop", "RustDDS discovery thread".
 const NAME: &str = "RustDDS";
 
+/// It has so many for each participant.
+const OF_A_PARTICIPANT: usize = 2;
+
 /// In the name of each function of the kernel in which a thread waits for a lock, or for room in a queue.
 const LOCK: &str = "futex";
 
@@ -88,6 +91,12 @@ impl LibraryThreads {
     fn rest(&self) -> bool {
         let first = self.looks();
         first.iter().all(|look| look.idles) && self.looks() == first
+    }
+
+    /// Whether one of them has ended. `false` where they are not known for certain: others of the library began at the same moment, or
+    /// the kernel does not list them.
+    pub(crate) fn have_ended(&self) -> bool {
+        self.numbers.len() == OF_A_PARTICIPANT && self.looks().len() < OF_A_PARTICIPANT
     }
 
     fn looks(&self) -> Vec<Look> {

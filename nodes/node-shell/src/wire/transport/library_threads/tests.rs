@@ -71,6 +71,39 @@ fn a_thread_that_runs_is_not_at_rest() {
     soon_at_rest("it has ended");
 }
 
+#[test]
+fn a_thread_that_ended_is_missed() {
+    let (ends, waits): (Vec<_>, Vec<_>) = (0..2).map(|_| mpsc::channel::<()>()).unzip();
+    let (send, number) = mpsc::channel();
+    let start = |wait: mpsc::Receiver<()>| {
+        let send = send.clone();
+        let thread = std::thread::Builder::new().name("RustDDS test".to_owned());
+        let body = move || {
+            send.send(rustix::thread::gettid().as_raw_nonzero().get().unsigned_abs()).unwrap();
+            let _ = wait.recv();
+        };
+        thread.spawn(body).unwrap()
+    };
+    let mut threads: Vec<_> = waits.into_iter().map(start).collect();
+    let numbers: BTreeSet<u32> = number.iter().take(threads.len()).collect();
+    let of = |numbers: BTreeSet<u32>| LibraryThreads { numbers, reception: Reception::of(&[]) };
+    let one_more = numbers.iter().copied().chain([std::process::id()]).collect();
+    let (known, unsure) = (of(numbers), of(one_more));
+    assert!(!known.have_ended());
+    let mut ends = ends.into_iter();
+    drop(ends.next());
+    threads.remove(0).join().unwrap();
+    let begun = Instant::now();
+    // Its entry may be there for a moment longer.
+    while !known.have_ended() {
+        assert!(begun.elapsed() < PATIENCE);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(!unsure.have_ended(), "others began at the same moment");
+    drop(ends);
+    threads.remove(0).join().unwrap();
+}
+
 /// The library's two threads and the one that made the endpoints once waited for each other for ever.
 #[test]
 fn nodes_that_start_together_all_find_each_other() {
