@@ -10,6 +10,7 @@
 //! and neither for a lock, the queue is empty and nothing is locked.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::reception::{Paused, Reception};
@@ -96,7 +97,12 @@ impl LibraryThreads {
     /// Whether one of them has ended. `false` where they are not known for certain: others of the library began at the same moment, or
     /// the kernel does not list them.
     pub(crate) fn have_ended(&self) -> bool {
-        self.numbers.len() == OF_A_PARTICIPANT && self.looks().len() < OF_A_PARTICIPANT
+        // Without opening a file: a process that has no descriptor left cannot read of its threads.
+        let is_gone = |number: &u32| {
+            let entry = format!("/proc/self/task/{number}");
+            matches!(Path::new(&entry).try_exists(), Ok(false))
+        };
+        self.numbers.len() == OF_A_PARTICIPANT && self.numbers.iter().any(is_gone)
     }
 
     fn looks(&self) -> Vec<Look> {
