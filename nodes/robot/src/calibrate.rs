@@ -10,7 +10,6 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
-use bag_player::Bag;
 use calibration::{CalibrationConfig, DepthOptics, calibrate};
 use clap::Args;
 use detection::shell::DetectionParameters;
@@ -21,6 +20,7 @@ use self::reader::{Choosing, Read, ReadCycles, Topics};
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
+use crate::open_bag::open_bag;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::{PoseSource, Stage};
 
@@ -61,7 +61,7 @@ pub struct CalibrateArgs {
 pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     refuse_to_replace(args.output.clone(), args.overwrite, "-o")?;
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
-    let bag = Bag::open(&args.bag).map_err(failed)?;
+    let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;
     let node = load_parameters(&args.parameter_files)?;
     let inputs = Inputs::choose(&args.topics, &info, &node)?;

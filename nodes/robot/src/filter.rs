@@ -5,7 +5,7 @@ mod queue;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
+use bag_player::{BagError, BagInfo, BagMessage, Selection};
 use clap::Args;
 use detection::shell::ColourInput;
 use geometry::BeamFill;
@@ -20,6 +20,7 @@ use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::open_bag::open_bag;
 use crate::progress::Progress;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
@@ -78,7 +79,7 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
         return Err(Failure::new("the filter needs a 2D scanner; --pose lidar runs without")
             .fix("give a --pose topic, or --pose visual"));
     }
-    let bag = Bag::open(&args.bag).map_err(failed)?;
+    let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
     let (inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bag_player::{Bag, Selection};
+use bag_player::Selection;
 use clap::{Args, ValueEnum};
 use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::stillmap_msgs::StageReport;
@@ -17,6 +17,7 @@ use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
 use crate::lidar::{self, LidarArgs};
 use crate::offer::Offer;
+use crate::open_bag::open_bag;
 use crate::progress::Progress;
 use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
 
@@ -148,7 +149,7 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         parameters.load_map_on_start = true;
         parameters.localisation_only |= args.localise;
     }
-    let bag = Bag::open(&args.bag).map_err(|error| Failure::new(error.to_string()))?;
+    let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let offer = Offer::of_bag(&info);
     let depth = visual::depth_topic(args.depth.as_deref(), &offer)?;

@@ -5,6 +5,7 @@ use std::path::Path;
 use bag_player::Bag;
 
 use crate::failure::Failure;
+use crate::import::tum;
 use crate::lidar::LidarSource;
 
 /// Opens a bag.
@@ -27,9 +28,8 @@ fn taken_by(path: &Path) -> Option<String> {
     if LidarSource::is_no_bag(path) {
         return Some(format!("`stillmap run {shown} --pose lidar` maps a LiDAR's recording"));
     }
-    let is_tum = ["rgb.txt", "depth.txt"].iter().all(|list| path.join(list).is_file());
     let name = path.file_name()?.to_string_lossy();
-    is_tum.then(|| {
+    tum::is_sequence(path).then(|| {
         format!("`stillmap import tum {shown} --scan-from-depth -o {name}.mcap` makes a bag of a TUM sequence")
     })
 }

@@ -49,6 +49,7 @@ pub(crate) use self::recorder::Stage;
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
+use crate::import::tum;
 use crate::interrupt::Interrupt;
 use crate::lidar::{self, LidarSource, RoadArgs};
 use crate::open_bag::open_bag;
@@ -61,10 +62,12 @@ use crate::visual::write_trajectory;
   stillmap run room.mcap --out room --scan /laser/scan
   stillmap run drive.pcap --pose lidar --out drive
 
-With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets, of a capture of a
-Velodyne (pcap, pcapng), or of a folder of KITTI's. The other topics of the bag are not used.")]
+With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets. The other topics of
+the bag are not used. A capture of a Velodyne (pcap, pcapng) and a folder of KITTI's need no --pose. A sequence of the TUM benchmark is
+imported first, to a temporary bag.")]
 pub struct RunArgs {
-    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder; with --pose lidar a capture or a folder of scans, too
+    /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content), a rosbag2 folder, a folder of the TUM benchmark, or a LiDAR's recording: a
+    /// capture, or a folder of scans
     bag: PathBuf,
     /// Where the map, the removed clouds, the summary and the report go
     #[arg(short, long, value_name = "DIR", default_value = "stillmap-out")]
@@ -125,7 +128,11 @@ pub(crate) fn run(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     let transport = args.how.transport.unwrap_or(TransportName::Local);
-    if args.topics.wants_lidar() {
+    let is_lidar = args.topics.has_no_pose() && LidarSource::is_no_bag(&args.bag);
+    if is_lidar {
+        console::note("a LiDAR's recording: a road map is made of it, as with --pose lidar");
+    }
+    if is_lidar || args.topics.wants_lidar() {
         if args.how.mesh.is_some() {
             return Err(Failure::new("--mesh: a road map has no distances to make a mesh of"));
         }
@@ -156,7 +163,34 @@ pub(crate) fn run(
         );
     }
     let how = (&args.how, transport);
+    if tum::is_sequence(&args.bag) {
+        return run_sequence(args, how, scoring, interrupt);
+    }
     run_bag(&args.bag, &args.out, &args.topics, how, scoring, interrupt)
+}
+
+/// Runs a sequence of the TUM benchmark by way of a bag, which is gone afterwards.
+fn run_sequence(
+    args: &RunArgs,
+    how: (&HowArgs, TransportName),
+    scoring: Option<Scoring>,
+    interrupt: &Interrupt,
+) -> Result<Outcome, Failure> {
+    // What can be refused is refused before the import.
+    refuse_results(&args.out, args.how.overwrite)?;
+    PipelineParameters::load(&args.how.parameters)?;
+    let folder = tempfile::Builder::new()
+        .prefix("stillmap-bag-")
+        .tempdir()
+        .map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))?;
+    let bag = folder.path().join(format!("{}.mcap", bag_name(&args.bag)));
+    console::note("a sequence of the TUM benchmark: it is imported to a temporary bag first");
+    tum::import_to(&bag, &args.bag, interrupt)?;
+    if interrupt.has_come() {
+        console::note("interrupted before the first cycle: nothing is written");
+        return Ok(Outcome::Interrupted);
+    }
+    run_bag(&bag, &args.out, &args.topics, how, scoring, interrupt)
 }
 
 /// Whether a recording is a bag with a 2D scanner.

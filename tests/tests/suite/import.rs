@@ -107,6 +107,44 @@ fn a_tum_sequence_keeps_its_stamps_and_its_poses() {
     assert_eq!(poses.len(), 2);
 }
 
+/// Six images of a wall, with their poses.
+fn write_sequence(folder: &Path) {
+    std::fs::create_dir_all(folder.join("depth")).unwrap();
+    let (mut images, mut poses) = (String::new(), String::new());
+    for index in 0..6 {
+        write_depth(&folder.join(format!("depth/{index}.png")), 5000);
+        images += &format!("100.{index}00 depth/{index}.png\n");
+        poses += &format!("100.{index}00 1 2 3 -0.5 0.5 -0.5 0.5\n");
+    }
+    std::fs::write(folder.join("depth.txt"), images).unwrap();
+    std::fs::write(folder.join("groundtruth.txt"), poses).unwrap();
+}
+
+#[test]
+fn a_tum_sequence_is_run_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let shown = |name: &str| path(name).display().to_string();
+    let sequence = "rgbd_dataset_freiburg3_wall";
+    write_sequence(&path(sequence));
+    succeed(["run", &shown(sequence), "--out", &shown("as_it_is")]);
+    succeed(["import", "tum", &shown(sequence), "-o", &shown("wall.mcap")]);
+    succeed(["run", &shown("wall.mcap"), "--out", &shown("imported")]);
+    let map = |out: &str| std::fs::read(path(out).join("map.ply")).unwrap();
+    assert_eq!(map("as_it_is"), map("imported"));
+    let points = geometry::ply::decode_with_normals(&map("as_it_is")).unwrap().points_m;
+    assert!(points.len() > 1000, "{}", points.len());
+
+    // Whose camera is not known is imported first.
+    std::fs::rename(path(sequence), path("wall")).unwrap();
+    let output = stillmap(["run", &shown("wall"), "--out", &shown("unknown")]);
+    assert_eq!(output.status.code(), Some(1));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let command = format!("`stillmap import tum {} --intrinsics", shown("wall"));
+    assert!(stderr.contains(&command), "{stderr}");
+    assert!(!path("unknown").exists());
+}
+
 #[test]
 fn what_cannot_be_imported_is_named_with_the_mend() {
     let folder = tempfile::tempdir().unwrap();

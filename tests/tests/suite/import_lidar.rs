@@ -104,6 +104,26 @@ fn a_recorded_capture_becomes_an_organised_cloud() {
 }
 
 #[test]
+fn a_capture_is_mapped_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let capture = path("x.pcap");
+    write_capture(&capture, 2368, &(0..400).map(packet).collect::<Vec<_>>());
+    let trajectory = |out: &str, options: &[&str]| {
+        let line = ["run", capture.to_str().unwrap(), "--out", path(out).to_str().unwrap()]
+            .into_iter()
+            .chain(options.iter().copied())
+            .map(str::to_owned)
+            .collect::<Vec<_>>();
+        stillmap(&line);
+        std::fs::read_to_string(path(out).join("trajectory.txt")).unwrap()
+    };
+    let named = trajectory("named", &["--pose", "lidar"]);
+    assert!(named.lines().count() > 1, "{named}");
+    assert_eq!(trajectory("by_itself", &[]), named);
+}
+
+#[test]
 fn whole_turns_become_messages_and_losses_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let (capture, bag) = (folder.path().join("x.pcap"), folder.path().join("x.mcap"));

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use bag_player::{Bag, BagError, BagSummary, Selection, convert_ros1, is_ros1};
+use bag_player::{BagError, BagSummary, Selection, convert_ros1, is_ros1};
 use clap::Args;
 
 use super::added_scans::AddedScans;
@@ -13,6 +13,7 @@ use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::open_bag::open_bag;
 
 /// Arguments of `stillmap import bag`.
 #[derive(Args, Debug)]
@@ -70,7 +71,7 @@ fn from_ros1(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<S
 /// Copies the messages unchanged, with the scans that are requested.
 fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String>), Failure> {
     let failed = |error: BagError| Failure::new(error.to_string());
-    let bag = Bag::open(&args.bag).map_err(failed)?;
+    let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;
     let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
     let mut added = AddedScans::new(&args.scan, &info)?;

@@ -50,6 +50,11 @@ impl ScanCut {
         Self { parameters, cutter: None }
     }
 
+    /// One that makes no scan.
+    pub(crate) fn none() -> Self {
+        Self { parameters: None, cutter: None }
+    }
+
     /// The scan of an image.
     pub(crate) fn scan(
         &mut self,

@@ -4,6 +4,7 @@ mod sequence;
 
 use std::path::{Path, PathBuf};
 
+use bag_player::BagSummary;
 use clap::Args;
 use geometry::{Stamp, StampedPose};
 use msgs::convert::time_from_stamp;
@@ -20,8 +21,12 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::rig::rig_from_camera;
-use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME};
+use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
 pub use sequence::{Calibration, UNITS_PER_METRE, pose_of, read_list};
+
+const COLOUR_LIST: &str = "rgb.txt";
+const DEPTH_LIST: &str = "depth.txt";
+const TRUTH: &str = "groundtruth.txt";
 
 /// Arguments of `stillmap import tum`.
 #[derive(Args, Debug)]
@@ -42,18 +47,49 @@ pub struct TumArgs {
 
 pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let calibration = Calibration::of(&args.folder, args.intrinsics)?;
+    let cut = ScanCut::new(&args.scan);
+    let summary = write(&args.folder, calibration, cut, || args.output.create(), interrupt)?;
+    print_summary(&args.output, &summary, interrupt, Outcome::Complete)
+}
+
+/// Whether a folder is a sequence.
+pub(crate) fn is_sequence(folder: &Path) -> bool {
+    let has = |list: &str| folder.join(list).is_file();
+    has(DEPTH_LIST) && (has(COLOUR_LIST) || has(TRUTH))
+}
+
+/// Makes a bag of a sequence that has its own calibration.
+pub(crate) fn import_to(bag: &Path, folder: &Path, interrupt: &Interrupt) -> Result<(), Failure> {
+    let calibration = Calibration::of(folder, None).map_err(|failure| {
+        failure.fix(format!(
+            "`stillmap import tum {} --intrinsics FX,FY,CX,CY -o BAG` makes a bag of it, or keep the folder's name as published (freiburg1, 2 \
+             or 3 in it)",
+            folder.display()
+        ))
+    })?;
+    let create = || BagOutput::new(bag.to_owned()).create();
+    write(folder, calibration, ScanCut::none(), create, interrupt).map(drop)
+}
+
+fn write(
+    folder: &Path,
+    calibration: Calibration,
+    mut cut: ScanCut,
+    create: impl FnOnce() -> Result<SensorBag, Failure>,
+    interrupt: &Interrupt,
+) -> Result<BagSummary, Failure> {
     let unit = DepthUnit::new(UNITS_PER_METRE)?;
     let mut items = Vec::new();
-    for (stamp, rest) in read_list(&args.folder.join("depth.txt"))? {
-        items.push((stamp, Item::Depth(args.folder.join(rest))));
+    for (stamp, rest) in read_list(&folder.join(DEPTH_LIST))? {
+        items.push((stamp, Item::Depth(folder.join(rest))));
     }
-    let rgb_list = args.folder.join("rgb.txt");
+    let rgb_list = folder.join(COLOUR_LIST);
     if rgb_list.is_file() {
         for (stamp, rest) in read_list(&rgb_list)? {
-            items.push((stamp, Item::Colour(args.folder.join(rest))));
+            items.push((stamp, Item::Colour(folder.join(rest))));
         }
     }
-    let truth = args.folder.join("groundtruth.txt");
+    let truth = folder.join(TRUTH);
     if truth.is_file() {
         for (stamp, rest) in read_list(&truth)? {
             let map_from_camera = pose_of(&rest).ok_or_else(|| {
@@ -64,8 +100,7 @@ pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, F
     }
     items.sort_by_key(|(stamp, _)| *stamp);
 
-    let mut bag = args.output.create()?;
-    let mut cut = ScanCut::new(&args.scan);
+    let mut bag = create()?;
     let progress = Progress::new("importing", items.len() as u64);
     for (stamp, item) in items {
         if interrupt.has_come() {
@@ -93,7 +128,7 @@ pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, F
     }
     let summary = bag.finish()?;
     progress.finish();
-    print_summary(&args.output, &summary, interrupt, Outcome::Complete)
+    Ok(summary)
 }
 
 enum Item {

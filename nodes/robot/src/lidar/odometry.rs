@@ -105,7 +105,10 @@ impl LidarSummary {
             nalgebra::Point3::new(place.x, place.y, place.z)
         };
         let steps = poses.iter().zip(poses.iter().skip(1));
-        let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
+        // The sum of nothing is -0.
+        let path_m = steps
+            .map(|(from, to)| nalgebra::distance(&place(from), &place(to)))
+            .fold(0.0, |path_m, step_m| path_m + step_m);
         let processed: Vec<_> =
             follower.reports().iter().filter(|report| report.processed).collect();
         let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
@@ -177,6 +180,9 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
     }
     for (cause, count) in &summary.without_a_pose {
         console::print(format_args!("{cause}: {count}"))?;
+    }
+    if summary.scans == 0 {
+        return Ok(());
     }
     console::print(format_args!(
         "{:.1} ms a scan (median), {:.1} ms (99 of 100): {:.0} scans a second",

@@ -61,6 +61,11 @@ impl TopicArgs {
         self.pose.as_deref() == Some(LIDAR)
     }
 
+    /// Whether nothing is said of the pose.
+    pub(crate) fn has_no_pose(&self) -> bool {
+        self.pose.is_none()
+    }
+
     /// What the user names of the LiDAR.
     pub(crate) fn lidar(&self) -> &LidarArgs {
         &self.lidar
