@@ -39,6 +39,13 @@ ros_message!(DiagnosticStatus, "diagnostic_msgs", {
     STALE: u8 = 3,
 });
 
+impl DiagnosticStatus {
+    /// The value of this name; `None` where there is none.
+    pub fn value(&self, key: &str) -> Option<&str> {
+        self.values.iter().find(|pair| pair.key == key).map(|pair| pair.value.as_str())
+    }
+}
+
 /// How parts of a robot do.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct DiagnosticArray {
@@ -48,3 +55,10 @@ pub struct DiagnosticArray {
     pub status: Vec<DiagnosticStatus>,
 }
 ros_message!(DiagnosticArray, "diagnostic_msgs");
+
+impl DiagnosticArray {
+    /// What the part of this name says of itself; `None` where the array is of others.
+    pub fn part(&self, name: &str) -> Option<&DiagnosticStatus> {
+        self.status.iter().find(|status| status.name == name)
+    }
+}

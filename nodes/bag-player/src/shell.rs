@@ -26,8 +26,6 @@ pub mod record;
 mod status;
 mod summary;
 mod terminal_line;
-#[cfg(test)]
-mod test_domain;
 
 pub use compress::{ColorCompression, ColorCompressionError, DepthFormat};
 pub use options::{PlayOptions, Remap, RemapError};

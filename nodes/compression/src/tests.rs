@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::{DepthImage, DepthPixels, Stamp};
 use node_shell::{RosArguments, Transport};
 
@@ -8,12 +9,11 @@ use super::*;
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A node on a domain and in a namespace of this process.
+/// A node on the domain of this process.
 fn node(name: &str, arguments: &[&str]) -> Node {
-    let process = std::process::id();
-    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
-    let namespace = format!("__ns:=/compression_test_{process}");
-    let arguments = ["--ros-args", "-r", &namespace].into_iter().chain(arguments.iter().copied());
+    let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
+    let namespace = ["--ros-args", "-r", "__ns:=/compression_test"];
+    let arguments = namespace.into_iter().chain(arguments.iter().copied());
     let arguments = RosArguments::parse(arguments).unwrap();
     Node::start_on(transport, name, &arguments).unwrap()
 }

@@ -5,13 +5,14 @@ use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use free_domain::FreeDomain;
+
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn detection(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_detection"));
-    // Above those of the tests that hold a guard (`free_domain.rs` of `node-shell`).
-    let domain = 71 + std::process::id() % 30;
+    let domain = FreeDomain::of_this_process().number();
     command.args(arguments).env("ROS_DOMAIN_ID", domain.to_string()).stdin(Stdio::null());
     command
 }

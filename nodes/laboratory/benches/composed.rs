@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use detection::shell::{DetectionParameters, Stage as Detection};
+use free_domain::FreeDomain;
 use msgs::convert;
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Host, Qos, RosArguments, Transport};
@@ -147,8 +148,8 @@ fn main() {
     }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
     runtime.block_on(async {
-        let domain_id = 1 + (std::process::id() % 100) as u16;
-        let transport = Transport::on_domain(domain_id).unwrap().loopback_only();
+        let domain = FreeDomain::new();
+        let transport = Transport::on_domain(domain.number()).unwrap().loopback_only();
         let host = Host::on(transport).unwrap();
         for method in ["rec_hv", "free_space"] {
             tell(&format!("{method}, on DDS"), cost_of(&host, method, &samples));

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::DetectedCycle;
 use msgs::RosMessage;
 use msgs::sensor_msgs::{Image, LaserScan};
@@ -209,11 +210,10 @@ async fn waiting_ends_with_the_message_and_with_the_peer() {
     assert_eq!(*received.message, scan(4));
 }
 
-/// A domain of this process and test; the namespace keeps two runs on one domain apart.
+/// The domain of this process, and a namespace that keeps its tests apart.
 fn network(test: u16) -> (Transport, RosArguments) {
-    let process = std::process::id();
-    let transport = Transport::on_domain(1 + (process % 100) as u16 + test).unwrap();
-    (transport, arguments(&format!("/host_test_{process}_{test}")))
+    let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
+    (transport, arguments(&format!("/host_test_{test}")))
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

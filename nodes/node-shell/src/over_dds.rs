@@ -8,13 +8,13 @@ mod troubles;
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use msgs::RosMessage;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use msgs::sensor_msgs::{Image, LaserScan};
 use msgs::std_msgs::Header;
 use rustdds::LostReason;
 
-use crate::wire::transport::free_domain::FreeDomain;
 use crate::{
     DiscoveredEndpoint, Node, Publisher, Qos, Role, RosArguments, Subscription, Transport,
 };
@@ -35,7 +35,11 @@ impl Place {
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let domain = FreeDomain::new();
         let namespace = format!("/test_{}_{count}", std::process::id());
-        Self { transport: domain.transport(), namespace, _domain: domain }
+        Self {
+            transport: Transport::on_domain(domain.number()).unwrap(),
+            namespace,
+            _domain: domain,
+        }
     }
 
     fn node(&self, name: &str) -> Node {
@@ -241,9 +245,7 @@ async fn the_node_reports_its_peers_and_counts() {
             loop {
                 let array = reports.next().await.message;
                 let status = array.status.iter().find(|status| {
-                    let has = |(key, value): &(String, String)| {
-                        status.values.iter().any(|one| one.key == *key && one.value == *value)
-                    };
+                    let has = |(key, value): &(String, String)| status.value(key) == Some(value);
                     status.name == own_name && expected.iter().all(has)
                 });
                 if let Some(status) = status {

@@ -7,9 +7,9 @@ use msgs::sensor_msgs::PointCloud2;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 use tokio::time::timeout;
 
-use crate::domain::FreeDomain;
 use crate::program::Running;
 use crate::sensors::Sensors;
+use free_domain::FreeDomain;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -47,10 +47,7 @@ impl Copy {
         let heard = async {
             loop {
                 let report = self.reports.next().await.message;
-                let is_it = |status: &msgs::diagnostic_msgs::DiagnosticStatus| {
-                    status.name == name && status.message.contains(part)
-                };
-                if report.status.iter().any(is_it) {
+                if report.part(&name).is_some_and(|status| status.message.contains(part)) {
                     return;
                 }
             }

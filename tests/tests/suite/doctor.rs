@@ -13,12 +13,12 @@ use std::time::Duration;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
-use node_shell::{Node, Publisher, Qos, RosArguments, Subscription};
+use node_shell::{Node, Publisher, Qos, RosArguments, Subscription, Transport};
 use serde_json::Value;
 
 use crate::bags::small_room;
-use crate::domain::FreeDomain;
 use crate::program::{stillmap, stillmap_with_domain};
+use free_domain::FreeDomain;
 
 /// For how long the doctor listens: longer than discovery and the messages of a graph take. On a machine that is too busy for the
 /// first, again and longer.
@@ -43,7 +43,8 @@ impl Place {
     fn node(&self, name: &str) -> Node {
         let namespace = format!("__ns:={}", self.namespace);
         let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
-        Node::start_on(self.domain.transport(), name, &arguments).unwrap()
+        Node::start_on(Transport::on_domain(self.domain.number()).unwrap(), name, &arguments)
+            .unwrap()
     }
 
     /// Lets the doctor look at this place, while `meanwhile` is done again and again. What is wrong with the output says `judge`:

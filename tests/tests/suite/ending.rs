@@ -69,7 +69,7 @@ async fn every_node_ends_in_order_on_either_signal_and_on_two() {
             let ready = async {
                 while !awaited.is_empty() {
                     let report = reports.next().await.message;
-                    awaited.retain(|node| report.status.iter().all(|status| status.name != *node));
+                    awaited.retain(|node| report.part(node).is_none());
                 }
             };
             timeout(PATIENCE, ready).await.unwrap_or_else(|_| panic!("{line:?} does not report"));

@@ -11,16 +11,16 @@ use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::convert;
 use msgs::sensor_msgs::{Image, LaserScan};
-use node_shell::{Node, Qos, Role, RosArguments};
+use node_shell::{Node, Qos, Role, RosArguments, Transport};
 use serde_json::Value;
 use tokio::time::timeout;
 
 use crate::bags::{made_once, small_room};
-use crate::domain::FreeDomain;
 use crate::playing::{IMAGES, TO_DETECTION, play};
 use crate::program::{Running, stillmap, succeed};
 use crate::python::python_with;
 use crate::recorded_kitchen::kitchen;
+use free_domain::FreeDomain;
 
 const SCAN: &str = "/scan";
 const DEPTH: &str = IMAGES;
@@ -259,7 +259,8 @@ async fn filtered_topics_come_at_the_rates_of_the_sensors_and_only_while_they_ar
     let namespace = format!("/filtered_{}", std::process::id());
     let rule = format!("__ns:={namespace}");
     let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
-    let node = Node::start_on(domain.transport(), "mapper", &arguments).unwrap();
+    let node = Node::start_on(Transport::on_domain(domain.number()).unwrap(), "mapper", &arguments)
+        .unwrap();
     let up = Running::start_on(domain.number(), ["up", "--ros-args", "-r", &rule]);
     let qos = Qos::sensor(50);
     let scans = node.subscription::<LaserScan>("scan", &qos).unwrap();

@@ -11,7 +11,6 @@
 mod bad_input;
 mod bag_formats;
 mod bags;
-mod domain;
 mod existing_files;
 mod interrupted;
 mod playing;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
-use node_shell::{Node, RosArguments};
+use node_shell::{Node, RosArguments, Transport};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
@@ -17,8 +17,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use crate::domain::FreeDomain;
 use crate::program::{stillmap, succeed};
+use free_domain::FreeDomain;
 
 fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)
@@ -242,7 +242,8 @@ async fn every_topic_of_the_running_suite_is_in_the_table() {
         .spawn()
         .unwrap();
     let arguments = RosArguments::parse(["x"]).unwrap();
-    let node = Node::start_on(domain.transport(), "reader", &arguments).unwrap();
+    let node = Node::start_on(Transport::on_domain(domain.number()).unwrap(), "reader", &arguments)
+        .unwrap();
     let begun = Instant::now();
     let prefix = format!("{namespace}/");
     let (mut topics, mut last) = (BTreeSet::new(), BTreeSet::new());

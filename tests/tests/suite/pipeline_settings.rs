@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::stillmap_msgs::StageReport;
 use msgs::{RosMessage, convert};
-use node_shell::{Node, Qos, RosArguments, Subscription};
+use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 
 use crate::bags::pose;
-use crate::domain::FreeDomain;
+use free_domain::FreeDomain;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -77,7 +77,9 @@ async fn nodes_with_other_edges_methods_or_rigs_refuse_the_cycle_with_both_value
             .unwrap();
         let node = Logged { child, log };
         let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
-        let peer = Node::start_on(domain.transport(), "peer", &arguments).unwrap();
+        let peer =
+            Node::start_on(Transport::on_domain(domain.number()).unwrap(), "peer", &arguments)
+                .unwrap();
         {
             let qos = Qos::reliable(20);
             let reports =

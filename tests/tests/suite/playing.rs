@@ -39,9 +39,7 @@ pub(crate) fn play(bag: &Path, namespace: &str, topics: &[(&str, &str)]) -> Vec<
 
 /// A number that a node says of itself, if the report is of this node and has it.
 pub(crate) fn number(report: &DiagnosticArray, node: &str, key: &str) -> Option<u64> {
-    let values = report.status.iter().filter(|status| status.name == node);
-    let mut values = values.flat_map(|status| &status.values);
-    values.find(|value| value.key == key)?.value.parse().ok()
+    report.part(node)?.value(key)?.parse().ok()
 }
 
 /// Lets a player begin when detection hears it, and go on no faster than detection takes the images. So a test may ask for every

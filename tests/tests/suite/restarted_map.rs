@@ -9,13 +9,13 @@ use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
 use msgs::stillmap_msgs::StageReport;
 use nalgebra::Point3;
-use node_shell::{Node, Qos, RosArguments};
+use node_shell::{Node, Qos, RosArguments, Transport};
 use rustix::process::Signal;
 use tokio::time::timeout;
 
 use crate::bags::small_room;
-use crate::domain::FreeDomain;
 use crate::program::Running;
+use free_domain::FreeDomain;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -47,7 +47,8 @@ impl Service {
 
     fn node(&self, name: &str) -> Node {
         let arguments = RosArguments::parse(["x"]).unwrap();
-        Node::start_on(self.domain.transport(), name, &arguments).unwrap()
+        Node::start_on(Transport::on_domain(self.domain.number()).unwrap(), name, &arguments)
+            .unwrap()
     }
 
     /// The robot drives until so many cycles have become a part of the map.

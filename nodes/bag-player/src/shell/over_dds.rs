@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::{DepthImage, DepthPixels, Stamp};
 use msgs::convert;
 use msgs::rosgraph_msgs::Clock;
@@ -12,7 +13,6 @@ use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, Publisher, Qos, RosArguments, Subscription, Transport};
 use tempfile::TempDir;
 
-use super::test_domain::own_domain;
 use super::{DepthFormat, Ending, PlayError, PlayOptions, play};
 use crate::{BagError, BagWriter, OfferedQos};
 
@@ -24,11 +24,12 @@ const SCAN_PERIOD_S: f64 = 0.02;
 const START: Stamp = Stamp::from_secs_nanos(1_700_000_000, 0);
 
 /// A player and a subscriber, separated from all other tests by their domain.
-fn nodes() -> (Node, Node) {
-    let transport = Transport::on_domain(own_domain()).unwrap();
+fn nodes() -> (FreeDomain, Node, Node) {
+    let domain = FreeDomain::new();
+    let transport = Transport::on_domain(domain.number()).unwrap();
     let arguments = RosArguments::parse(std::iter::empty::<String>()).unwrap();
     let start = |name: &str| Node::start_on(transport.clone(), name, &arguments).unwrap();
-    (start("bag_player"), start("listener"))
+    (domain, start("bag_player"), start("listener"))
 }
 
 fn scan(index: u32) -> LaserScan {
@@ -72,7 +73,7 @@ async fn receive<M: msgs::RosMessage>(subscription: &Subscription<M>, count: u32
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn every_message_arrives_in_order_at_its_time_and_under_its_new_name() {
     let (_folder, path) = bag();
-    let (player, listener) = nodes();
+    let (_domain, player, listener) = nodes();
     {
         let scans = listener.subscription::<LaserScan>("/front/scan", &Qos::reliable(50)).unwrap();
         let texts = listener.subscription::<Text>("/map_name", &Qos::latched()).unwrap();
@@ -120,7 +121,7 @@ async fn every_message_arrives_in_order_at_its_time_and_under_its_new_name() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_loop_goes_on_until_it_is_interrupted() {
     let (_folder, path) = bag();
-    let (player, listener) = nodes();
+    let (_domain, player, listener) = nodes();
     let shutdown = player.shutdown_signal();
     let options = PlayOptions {
         looping: true,
@@ -149,7 +150,7 @@ async fn a_loop_goes_on_until_it_is_interrupted() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_cannot_be_played_is_refused_in_words() {
     let (_folder, path) = bag();
-    let (player, listener) = nodes();
+    let (_domain, player, listener) = nodes();
     let refused =
         async |options: PlayOptions| play(options, &player).await.unwrap_err().to_string();
     let options = || PlayOptions::new(path.clone());
@@ -210,7 +211,7 @@ fn bag_of_images() -> (TempDir, PathBuf) {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_not_played_gets_no_other_name() {
     let (_folder, path) = bag();
-    let (player, _listener) = nodes();
+    let (_domain, player, _listener) = nodes();
     let remap = |text: &str| PlayOptions {
         topics: vec!["/scan".into()],
         remap: vec![text.parse().unwrap()],
@@ -239,7 +240,7 @@ async fn report_slowly(scans: Subscription<LaserScan>, reports: Publisher<StageR
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_node_that_is_slower_than_the_bag_is_waited_for() {
     let (_folder, path) = bag();
-    let (player, listener) = nodes();
+    let (_domain, player, listener) = nodes();
     // Without --pace most messages would be lost: they are published twice as fast as they are taken.
     let scans = listener.subscription("scan", &Qos::reliable(4)).unwrap();
     let reports = listener.publisher("slow/report", &Qos::reliable(100)).unwrap();
@@ -276,7 +277,7 @@ async fn depth_images_arrive_compressed_below_their_name() {
         (DepthFormat::Png, "16UC1; compressedDepth png"),
         (DepthFormat::Rvl, "16UC1; compressedDepth rvl"),
     ] {
-        let (player, listener) = nodes();
+        let (_domain, player, listener) = nodes();
         let name = "/front/depth/compressedDepth";
         let images = listener.subscription::<CompressedImage>(name, &Qos::reliable(50)).unwrap();
         let options = PlayOptions {
@@ -312,7 +313,7 @@ async fn depth_images_arrive_compressed_below_their_name() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn colour_images_arrive_as_jpeg_below_their_name() {
     let (_folder, path) = bag_of_images();
-    let (player, listener) = nodes();
+    let (_domain, player, listener) = nodes();
     {
         let name = "/colour/compressed";
         let images = listener.subscription::<CompressedImage>(name, &Qos::reliable(5)).unwrap();
@@ -341,7 +342,7 @@ async fn colour_images_arrive_as_jpeg_below_their_name() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_is_no_depth_image_is_not_compressed() {
     let (_folder, path) = bag_of_images();
-    let (player, listener) = nodes();
+    let (_domain, player, listener) = nodes();
     let refused = async |topic: &str, topics: &[&str]| {
         let options = PlayOptions {
             compress_depth: vec![topic.into()],

@@ -6,6 +6,7 @@ mod transforms;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use free_domain::FreeDomain;
 use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Scan, Stamp, StampedPose};
 use msgs::convert;
 use msgs::diagnostic_msgs::DiagnosticStatus;
@@ -20,11 +21,10 @@ use super::*;
 /// A test that waits longer has failed, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A node on a domain and in a namespace of this process and test, which takes so many cycles.
+/// A node on the domain of this process and in a namespace of the test, which takes so many cycles.
 fn node_with(name: &str, test: &str, max_waiting_cycles: usize) -> Node {
-    let process = std::process::id();
-    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
-    let namespace = format!("__ns:=/detection_test_{process}_{test}");
+    let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
+    let namespace = format!("__ns:=/detection_test_{test}");
     // The topics of tf are absolute; each test has its own.
     let own_tf = ["-r", "/tf:=tf", "-r", "/tf_static:=tf_static"];
     let line = ["--ros-args", "-r", &namespace].into_iter().chain(own_tf);
@@ -417,7 +417,7 @@ async fn a_scan_beside_the_surfaces_is_a_warning_in_the_diagnostics() {
     let warning = soon("a warning", async {
         loop {
             let message = diagnostics.next().await.message;
-            let own = message.status.iter().find(|status| status.name == bench.name);
+            let own = message.part(&bench.name);
             if let Some(status) = own
                 && status.message.contains("calibrate anew")
             {
@@ -431,8 +431,8 @@ async fn a_scan_beside_the_surfaces_is_a_warning_in_the_diagnostics() {
         warning.message.contains("extrinsics: the scan lies 0.06 m beside the surfaces"),
         "{warning:?}"
     );
-    let value = warning.values.iter().find(|pair| pair.key == "extrinsics").unwrap();
-    assert!(value.value.contains("limit 0.03 m"), "{value:?}");
+    let value = warning.value("extrinsics").unwrap();
+    assert!(value.contains("limit 0.03 m"), "{value:?}");
     drop(diagnostics);
     bench.end().await;
 }

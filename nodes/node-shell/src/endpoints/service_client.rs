@@ -170,11 +170,11 @@ impl<S: RosService> ServiceClient<S> {
 
 #[cfg(test)]
 mod tests {
+    use free_domain::FreeDomain;
     use msgs::std_srvs::{SetBool, SetBoolRequest, SetBoolResponse};
 
     use super::*;
-    use crate::wire::transport::free_domain::FreeDomain;
-    use crate::{Host, Node, RosArguments};
+    use crate::{Host, Node, RosArguments, Transport};
 
     /// Longer than anything takes on a busy machine.
     const PATIENCE: Duration = Duration::from_secs(120);
@@ -182,14 +182,13 @@ mod tests {
     const SHORT: Duration = Duration::from_millis(50);
 
     fn arguments() -> RosArguments {
-        let rule = format!("__ns:=/service_client_test_{}", std::process::id());
-        RosArguments::parse(["--ros-args", "-r", &rule]).unwrap()
+        RosArguments::parse(["--ros-args", "-r", "__ns:=/service_client_test"]).unwrap()
     }
 
     /// Nodes of one process reach each other's services, too.
     #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
     async fn a_node_asks_a_sibling_and_says_why_there_is_no_answer() {
-        let transport = FreeDomain::of_this_process().transport();
+        let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
         let host = Host::on(transport).unwrap();
         let node = |name: &str| -> Node { host.node(name, &arguments()).unwrap() };
         let (server, asker) = (node("server"), node("asker"));

@@ -39,13 +39,11 @@ async fn a_loss_is_reported_while_small_messages_arrive() {
                     _ = ticks.tick() => small.publish(scan(360)).unwrap(),
                     _ = scans.next() => {}
                     received = reports.next() => {
-                        let status = received.message.status.iter().find(|one| one.name == own_name);
-                        let loss = status.and_then(|status| {
-                            Some((status.level, status.values.iter().find(|one| one.key == "loss")?))
-                        });
+                        let status = received.message.part(&own_name);
+                        let loss = status.and_then(|status| Some((status.level, status.value("loss")?)));
                         if let Some((level, loss)) = loss {
                             assert_eq!(level, DiagnosticStatus::WARN);
-                            return loss.value.clone();
+                            return loss.to_owned();
                         }
                     }
                 }

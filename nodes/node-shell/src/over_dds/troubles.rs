@@ -1,7 +1,5 @@
 //! Peers that do not fit are in the diagnostics as long as they are there.
 
-use msgs::diagnostic_msgs::KeyValue;
-
 use super::*;
 
 /// The next report of `node` that `accept` takes.
@@ -13,18 +11,13 @@ async fn report(
     soon("the report", async {
         loop {
             let array = reports.next().await.message;
-            let status = array.status.iter().find(|one| one.name == node && accept(one));
+            let status = array.part(node).filter(|one| accept(one));
             if let Some(status) = status {
                 return status.clone();
             }
         }
     })
     .await
-}
-
-fn value<'a>(status: &'a DiagnosticStatus, key: &str) -> Option<&'a str> {
-    let pair: Option<&KeyValue> = status.values.iter().find(|one| one.key == key);
-    pair.map(|one| one.value.as_str())
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -47,19 +40,19 @@ async fn a_peer_that_does_not_fit_is_in_the_diagnostics_until_it_goes() {
             let status = report(&reports, &own_name, |status| {
                 [&of_scan, &of_points]
                     .iter()
-                    .all(|key| value(status, key).is_some_and(|text| text.contains(&who)))
+                    .all(|key| status.value(key).is_some_and(|text| text.contains(&who)))
             })
             .await;
             assert_eq!(status.level, DiagnosticStatus::ERROR);
-            let scan = value(&status, &of_scan).unwrap();
+            let scan = status.value(&of_scan).unwrap();
             assert!(scan.contains("set the publisher's reliability to reliable"), "{scan}");
-            let points = value(&status, &of_points).unwrap();
+            let points = status.value(&of_points).unwrap();
             assert!(points.contains("sensor_msgs/msg/LaserScan") && points.contains("-r /"));
             assert_eq!(scans.publisher_count(), 0);
         }
         driver.close().await;
         let status = report(&reports, &own_name, |status| {
-            value(status, &of_scan).is_none() && value(status, &of_points).is_none()
+            status.value(&of_scan).is_none() && status.value(&of_points).is_none()
         })
         .await;
         assert_eq!(status.level, DiagnosticStatus::WARN);

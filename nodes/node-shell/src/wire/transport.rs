@@ -7,8 +7,6 @@ mod backlog;
 mod buffer;
 mod datagram_filter;
 mod environment;
-#[cfg(test)]
-pub(crate) mod free_domain;
 mod health;
 mod in_use;
 mod interfaces;

@@ -8,6 +8,7 @@ mod subscribers;
 
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::{Cloud, Method, PipelineConfig, SegmentedCycle, Stamp};
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
@@ -33,9 +34,8 @@ struct Place {
 
 impl Place {
     fn new(test: &str) -> Self {
-        let process = std::process::id();
-        let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
-        let namespace = format!("__ns:=/reconstruction_test_{process}_{test}");
+        let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
+        let namespace = format!("__ns:=/reconstruction_test_{test}");
         let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
         Self { transport, arguments }
     }

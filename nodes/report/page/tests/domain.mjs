@@ -1,4 +1,4 @@
-// A DDS domain for one test, that no other test on this machine has at the same time: nodes/node-shell/src/wire/transport/free_domain.rs
+// A DDS domain for one test, that no other test on this machine has at the same time: tests/free-domain
 // for Node.js.
 
 import { createSocket } from "node:dgram";

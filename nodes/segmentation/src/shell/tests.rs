@@ -1,5 +1,6 @@
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::{DynamicZone, Stamp, ZoneSource};
 use msgs::stillmap_msgs::{ReducedCloud, StageReport};
 use nalgebra::{Isometry3, Point3};
@@ -10,12 +11,10 @@ use super::*;
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A node on a domain and in a namespace of this process.
+/// A node on the domain of this process.
 fn node(name: &str) -> Node {
-    let process = std::process::id();
-    let transport = Transport::on_domain((1 + process % 100) as u16).unwrap();
-    let namespace = format!("__ns:=/segmentation_test_{process}");
-    let arguments = RosArguments::parse(["--ros-args", "-r", &namespace]).unwrap();
+    let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
+    let arguments = RosArguments::parse(["--ros-args", "-r", "__ns:=/segmentation_test"]).unwrap();
     Node::start_on(transport, name, &arguments).unwrap()
 }
 

@@ -10,9 +10,9 @@ use std::sync::OnceLock;
 use super::page::Page;
 use super::root;
 use crate::bags::made_once;
-use crate::domain::FreeDomain;
 use crate::merged_maps;
 use crate::program::succeed;
+use free_domain::FreeDomain;
 
 /// Why a block of commands is read and not run.
 const MARKS: [(&str, &str); 6] = [

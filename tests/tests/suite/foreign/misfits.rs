@@ -87,9 +87,8 @@ impl Observer {
             loop {
                 let report = receive(&self.reports, PATIENCE).await.expect("somebody reports");
                 for status in report.status.into_iter().filter(|status| status.name == name) {
-                    if status.values.iter().any(|one| {
-                        one.key == key && parts.iter().all(|part| one.value.contains(part))
-                    }) {
+                    let trouble = status.value(&key);
+                    if trouble.is_some_and(|value| parts.iter().all(|part| value.contains(part))) {
                         return;
                     }
                     reported.push(format!("{}: {:?}", status.message, status.values));

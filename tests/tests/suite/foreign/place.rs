@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
 use msgs::RosMessage;
-use node_shell::{Node, Publisher, RosArguments, Subscription};
+use node_shell::{Node, Publisher, RosArguments, Subscription, Transport};
 use tokio::sync::{Semaphore, SemaphorePermit};
 use tokio::time::timeout;
 
-use crate::domain::FreeDomain;
+use free_domain::FreeDomain;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 pub(super) const PATIENCE: Duration = Duration::from_secs(120);
@@ -71,7 +71,8 @@ impl Place {
         let namespace = format!("__ns:={}", self.namespace);
         let line = ["--ros-args", "-r", &namespace].into_iter().chain(more.iter().copied());
         let arguments = RosArguments::parse(line).unwrap();
-        Node::start_on(self.domain.transport(), name, &arguments).unwrap()
+        Node::start_on(Transport::on_domain(self.domain.number()).unwrap(), name, &arguments)
+            .unwrap()
     }
 }
 

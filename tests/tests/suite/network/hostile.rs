@@ -14,13 +14,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use geometry::Stamp;
 use msgs::convert;
 use msgs::diagnostic_msgs::DiagnosticArray;
-use node_shell::{Node, Qos, RosArguments, Subscription};
+use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 use rustix::process::{Pid, Signal, kill_process};
 use tokio::time::timeout;
 
 use super::end::PATIENCE;
 use crate::bags::{bag_of, pose, ten_stamps};
-use crate::domain::FreeDomain;
+use free_domain::FreeDomain;
 
 /// What no node may grow beyond. The suite has some 60 MB here, and without the filter 300 MB more each second.
 const MOST_BYTES: u64 = 500 << 20;
@@ -106,7 +106,7 @@ async fn all_report(ear: &Node, names: &[String], when: &str) -> Duration {
         while !awaited.is_empty() {
             let report = reports.next().await.message;
             if convert::stamp_from_time(report.header.stamp) > since {
-                awaited.retain(|node| report.status.iter().all(|status| status.name != *node));
+                awaited.retain(|node| report.part(node).is_none());
             }
         }
     };
@@ -122,7 +122,7 @@ async fn withstands(program: &[&str], nodes: &[&str]) {
     let rule = format!("__ns:={namespace}");
     let node = |name: &str| {
         let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
-        Node::start_on(domain.transport(), name, &arguments).unwrap()
+        Node::start_on(Transport::on_domain(domain.number()).unwrap(), name, &arguments).unwrap()
     };
     let (ear, other) = (node("ear"), node("other"));
     let prefix = async {

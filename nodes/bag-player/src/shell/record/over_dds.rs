@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::Stamp;
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use msgs::rosgraph_msgs::Clock;
@@ -14,7 +15,6 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 
 use super::{RecordError, RecordOptions, RecordSummary, record};
-use crate::shell::test_domain::own_domain;
 use crate::{Bag, BagMessage, OfferedQos, Selection};
 
 /// What the recorder says of itself.
@@ -27,16 +27,22 @@ const PATIENCE: Duration = Duration::from_secs(120);
 struct Graph {
     recorder: Node,
     driver: Node,
+    _domain: FreeDomain,
 }
 
 impl Graph {
     fn new(arguments: &[&str]) -> Self {
-        let transport = Transport::on_domain(own_domain()).unwrap();
+        let domain = FreeDomain::new();
+        let transport = Transport::on_domain(domain.number()).unwrap();
         let start = |name: &str, arguments: &[&str]| {
             let arguments = RosArguments::parse(arguments.iter().copied()).unwrap();
             Node::start_on(transport.clone(), name, &arguments).unwrap()
         };
-        Self { recorder: start("bag_recorder", arguments), driver: start("driver", &[]) }
+        Self {
+            recorder: start("bag_recorder", arguments),
+            driver: start("driver", &[]),
+            _domain: domain,
+        }
     }
 
     fn publisher<M: RosMessage>(&self, topic: &str, qos: &Qos) -> Publisher<M> {
@@ -57,8 +63,7 @@ fn recording(recorder: Node, options: RecordOptions) -> JoinHandle<RecordSummary
 async fn has_received(reports: &mut Reports, topic: &str, count: u32) {
     let (key, value) = (format!("received {topic}"), count.to_string());
     let says = |report: &Option<Arc<DiagnosticStatus>>| {
-        let values = report.iter().flat_map(|report| &report.values);
-        values.into_iter().any(|pair| pair.key == key && pair.value == value)
+        report.as_ref().and_then(|report| report.value(&key)) == Some(&value)
     };
     tokio::time::timeout(PATIENCE, reports.wait_for(says)).await.unwrap().unwrap();
 }
@@ -100,7 +105,7 @@ async fn what_is_recorded_is_what_was_sent() {
     let thing = [0, 1, 0, 0, 7, 6, 5, 4, 3, 2, 1, 0];
     let things =
         graph.driver.raw_publisher("/thing", "other_msgs/msg/Thing", &Qos::reliable(5)).unwrap();
-    let Graph { recorder, driver } = graph;
+    let Graph { recorder, driver, _domain } = graph;
     let mut reports = recorder.reports();
     let recording = recording(recorder, options);
     is_heard(&scans).await;
@@ -160,7 +165,7 @@ async fn simulated_time_is_that_of_the_clock() {
     let scans = graph.publisher::<LaserScan>("/scan", &Qos::reliable(10));
     let topics = vec!["scan".to_owned(), "never".to_owned()];
     let options = RecordOptions { topics, ..RecordOptions::new(path.clone()) };
-    let Graph { recorder, driver } = graph;
+    let Graph { recorder, driver, _domain } = graph;
     let (mut reports, now) = (recorder.reports(), recorder.clock());
     let recording = recording(recorder, options);
     is_heard(&scans).await;
@@ -196,7 +201,7 @@ async fn simulated_time_is_that_of_the_clock() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_cannot_be_recorded_is_refused_in_words() {
-    let Graph { recorder, driver } = Graph::new(&[]);
+    let Graph { recorder, driver, _domain } = Graph::new(&[]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("bag.mcap");
     std::fs::write(&path, "a bag").unwrap();

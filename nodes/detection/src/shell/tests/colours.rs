@@ -285,11 +285,9 @@ async fn cycles_without_colours_are_counted_in_the_diagnostics() {
     let status = soon("the count", async {
         loop {
             let message = diagnostics.next().await.message;
-            let own = message.status.iter().find(|status| status.name == bench.name);
-            let counts = |status: &&DiagnosticStatus| {
-                let key = "cycles_without_colour";
-                status.values.iter().any(|pair| pair.key == key && pair.value == "3")
-            };
+            let own = message.part(&bench.name);
+            let counts =
+                |status: &&DiagnosticStatus| status.value("cycles_without_colour") == Some("3");
             if let Some(status) = own.filter(counts) {
                 break status.clone();
             }

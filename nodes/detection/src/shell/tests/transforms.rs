@@ -55,12 +55,11 @@ async fn report_of(
     soon(part, async {
         loop {
             let message = diagnostics.next().await.message;
-            let own = message.status.iter().find(|status| status.name == name);
+            let own = message.part(name);
             let Some(status) = own else { continue };
-            let pair =
-                status.values.iter().find(|pair| pair.key == "transform from scanner to camera");
-            if let Some(pair) = pair.filter(|pair| pair.value.contains(part)) {
-                return (status.clone(), pair.value.clone());
+            let value = status.value("transform from scanner to camera");
+            if let Some(value) = value.filter(|value| value.contains(part)) {
+                return (status.clone(), value.to_owned());
             }
         }
     })

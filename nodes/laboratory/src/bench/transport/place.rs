@@ -7,7 +7,7 @@ use super::case::Mode;
 use robot::Failure;
 use robot::Process;
 
-/// The domains of runs: above 0, which robots use, and those of the tests (`free_domain.rs` of `node-shell`), and below those
+/// The domains of runs: above 0, which robots use, and those of the tests (`free_domain::FreeDomain`), and below those
 /// whose ports overlap with the ephemeral ports of Linux.
 const DOMAINS: std::ops::Range<u32> = 71..101;
 

@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use msgs::std_srvs::{SetBool, SetBoolRequest, SetBoolResponse};
 use ros2_client::dds::{Client, Context};
 use ros2_client::{NodeName, NodeOptions};
 
 use super::*;
-use crate::wire::transport::free_domain::FreeDomain;
 use crate::{Host, Node, RosArguments, Transport};
 
 /// Longer than anything takes on a busy machine; a test that waits this long has failed.
@@ -24,7 +24,7 @@ struct Answer(SetBoolResponse);
 impl ros2_client::Message for Answer {}
 
 fn transport() -> Transport {
-    FreeDomain::of_this_process().transport()
+    Transport::on_domain(FreeDomain::of_this_process().number()).unwrap()
 }
 
 fn namespace(test: &str) -> String {

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use msgs::std_msgs::String as Text;
 use tokio::time::timeout;
 
-use crate::wire::transport::free_domain::FreeDomain;
-use crate::{Host, LifecycleState, Node, PublishError, Qos, RosArguments};
+use crate::{Host, LifecycleState, Node, PublishError, Qos, RosArguments, Transport};
 
 /// Longer than anything takes on a busy machine; a test that waits this long has failed.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -16,7 +16,7 @@ fn text(data: &str) -> Text {
 }
 
 fn host() -> Host {
-    Host::on(FreeDomain::of_this_process().transport()).unwrap()
+    Host::on(Transport::on_domain(FreeDomain::of_this_process().number()).unwrap()).unwrap()
 }
 
 fn node(host: &Host, test: &str, extra: &[&str]) -> Node {

@@ -71,9 +71,10 @@ impl Transport {
 
 #[cfg(test)]
 mod tests {
+    use free_domain::FreeDomain;
+
     use super::super::DiscoveryRange;
     use super::*;
-    use crate::wire::transport::free_domain::FreeDomain;
 
     #[test]
     fn a_transport_for_this_machine_uses_the_loopback_alone() {
@@ -98,7 +99,8 @@ mod tests {
     #[test]
     fn the_buffer_of_a_probe_is_that_of_a_node() {
         let domain = FreeDomain::new();
-        let transport = domain.transport().with_receive_buffer(128 << 10);
+        let transport =
+            Transport::on_domain(domain.number()).unwrap().with_receive_buffer(128 << 10);
         let probed = transport.probe_receive_buffer().unwrap();
         assert_eq!((probed.bytes(), probed.asked()), (128 << 10, 128 << 10));
         assert_eq!(probed.largest_safe_message(), 128 << 10);

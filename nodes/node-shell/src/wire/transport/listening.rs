@@ -70,8 +70,9 @@ impl MulticastListener {
 
 #[cfg(test)]
 mod tests {
+    use free_domain::FreeDomain;
+
     use super::*;
-    use crate::wire::transport::free_domain::FreeDomain;
     use crate::wire::transport::interfaces;
 
     fn datagram(sender: u8) -> Vec<u8> {

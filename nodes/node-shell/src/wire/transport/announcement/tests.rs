@@ -1,10 +1,10 @@
 use std::net::{Ipv4Addr, UdpSocket};
 use std::time::{Duration, Instant};
 
+use free_domain::FreeDomain;
 use proptest::prelude::*;
 
 use super::*;
-use crate::wire::transport::free_domain::FreeDomain;
 use crate::wire::transport::{Transport, ports};
 
 /// Longer than the library takes for its first announcement, on a busy machine.
@@ -115,7 +115,7 @@ impl Listener {
 
 fn the_library_announces_the_same(set: impl Fn(Transport) -> Transport) {
     let listener = Listener::new();
-    let transport = set(listener.domain.transport());
+    let transport = set(Transport::on_domain(listener.domain.number()).unwrap());
     let (joined, announced) = transport.join_announcing().unwrap();
     let announced = announced.unwrap();
     let prefix = announced.guid[..12].to_vec();

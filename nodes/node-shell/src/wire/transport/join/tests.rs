@@ -1,7 +1,8 @@
 use std::collections::BTreeMap;
 
+use free_domain::FreeDomain;
+
 use super::*;
-use crate::wire::transport::free_domain::FreeDomain;
 
 fn machine() -> Vec<Interface> {
     let one = |name: &str, octets: [u8; 4], multicast| Interface {
@@ -14,6 +15,10 @@ fn machine() -> Vec<Interface> {
 
 fn plan(transport: Transport) -> Plan {
     transport.plan(&machine()).unwrap()
+}
+
+fn on(domain: &FreeDomain) -> Transport {
+    Transport::on_domain(domain.number()).unwrap()
 }
 
 fn domain() -> Transport {
@@ -60,7 +65,7 @@ fn chosen_interfaces_come_with_the_loopback() {
 #[test]
 fn who_joins_knows_its_sockets_and_their_buffer() {
     let domain = FreeDomain::new();
-    let joined = domain.transport().with_receive_buffer(128 << 10).join().unwrap();
+    let joined = on(&domain).with_receive_buffer(128 << 10).join().unwrap();
     assert_eq!(joined.granted.bytes(), 128 << 10);
     assert_eq!(joined.health.granted_buffer(), joined.granted);
     match joined.health.dropped_datagrams() {
@@ -75,7 +80,7 @@ fn who_joins_knows_its_sockets_and_their_buffer() {
 #[test]
 fn a_flood_of_datagrams_is_seen_as_dropped() {
     let domain = FreeDomain::new();
-    let joined = domain.transport().with_receive_buffer(64 << 10).join().unwrap();
+    let joined = on(&domain).with_receive_buffer(64 << 10).join().unwrap();
     if joined.health.dropped_datagrams().is_none() {
         println!("skipped: the kernel lists no sockets here, so drops cannot be counted");
         return;
@@ -95,7 +100,7 @@ fn a_flood_of_datagrams_is_seen_as_dropped() {
 #[test]
 fn with_static_peers_no_multicast_is_offered() {
     let domain = FreeDomain::new();
-    let transport = domain.transport().with_static_peers(["127.0.0.1"]).unwrap();
+    let transport = on(&domain).with_static_peers(["127.0.0.1"]).unwrap();
     let (joined, announced) = transport.join_announcing().unwrap();
     assert!(announced.unwrap().data_multicast.is_empty());
     let data = [ports::data_multicast(domain.number())];
@@ -105,7 +110,7 @@ fn with_static_peers_no_multicast_is_offered() {
     }
     drop(joined);
     // The port is free again, for all.
-    let joined = domain.transport().join().unwrap();
+    let joined = on(&domain).join().unwrap();
     if let Ok(found) = sockets::own_at(&data, &BTreeMap::new()) {
         assert_eq!(found.len(), 1, "{found:?}");
     }
@@ -115,22 +120,22 @@ fn with_static_peers_no_multicast_is_offered() {
 #[test]
 fn an_interface_that_is_not_there_is_named() {
     let domain = FreeDomain::new();
-    let error = domain.transport().with_interfaces(["enp0s99"]).join().err().unwrap().to_string();
+    let error = on(&domain).with_interfaces(["enp0s99"]).join().err().unwrap().to_string();
     assert!(error.contains("enp0s99") && error.contains("127.0.0.1"), "{error}");
 }
 
 #[test]
 fn who_comes_upon_barred_ports_tries_again() {
     let domain = FreeDomain::new();
-    let possible = domain.transport().plan(&interfaces::of_this_machine()).unwrap();
+    let possible = on(&domain).plan(&interfaces::of_this_machine()).unwrap();
     if !possible.multicast_possible(&interfaces::of_this_machine()) || sockets::list().is_err() {
         println!("skipped: no multicast on this machine, or its sockets are not listed");
         return;
     }
     let bar = MulticastBar::raise(domain.number()).unwrap();
-    let blocked = domain.transport().join_announcing().unwrap().1.unwrap();
+    let blocked = on(&domain).join_announcing().unwrap().1.unwrap();
     assert!(blocked.discovery_multicast.is_empty(), "what is not heard is not announced");
     drop(bar);
-    let free = domain.transport().join_announcing().unwrap().1.unwrap();
+    let free = on(&domain).join_announcing().unwrap().1.unwrap();
     assert_eq!(free.discovery_multicast.len(), 1);
 }

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 
 use super::*;
+use free_domain::FreeDomain;
 use msgs::std_msgs::Bool;
 
-use crate::wire::transport::free_domain::FreeDomain;
-use crate::{Node, Publisher, Qos, RosArguments, Subscription};
+use crate::{Node, Publisher, Qos, RosArguments, Subscription, Transport};
 
 /// No test needs this long, on the busiest of machines.
 const PATIENCE: Duration = Duration::from_secs(600);
@@ -113,7 +113,8 @@ fn nodes_that_start_together_all_find_each_other() {
     let over = Arc::new(AtomicBool::new(false));
     let (sender, receiver) = mpsc::channel();
     let start = |number: usize| {
-        let (transport, over, sender) = (domain.transport(), Arc::clone(&over), sender.clone());
+        let (transport, over, sender) =
+            (Transport::on_domain(domain.number()).unwrap(), Arc::clone(&over), sender.clone());
         std::thread::spawn(move || {
             let runtime =
                 tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
