@@ -19,6 +19,9 @@ use crate::qos::OfferedQos;
 /// Size of a chunk's content: small enough that a seek decompresses little, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
 
+/// A chunk has the messages of at most this time, of the log: what is in an open chunk is lost with a process that is killed.
+const CHUNK_S: f64 = 2.0;
+
 /// The fastest level of zstd: recording must keep up with the sensors.
 const COMPRESSION_LEVEL: u32 = 1;
 
@@ -39,6 +42,8 @@ pub struct BagWriter {
     channels: BTreeMap<u16, WrittenChannel>,
     start: Option<Stamp>,
     end: Option<Stamp>,
+    /// Log time of the first message of the open chunk, or of a chunk that was full meanwhile.
+    chunk_start: Option<Stamp>,
 }
 
 struct WrittenChannel {
@@ -96,6 +101,7 @@ impl BagWriter {
             channels: BTreeMap::new(),
             start: None,
             end: None,
+            chunk_start: None,
         })
     }
 
@@ -197,6 +203,12 @@ impl BagWriter {
             log_time: nanos(log_time)?,
             publish_time: nanos(publish_time)?,
         };
+        let is_old = |start: &Stamp| log_time.seconds_since(*start).abs() > CHUNK_S;
+        if self.chunk_start.is_some_and(|start| is_old(&start)) {
+            self.writer.flush().map_err(|source| self.failed(source))?;
+            self.chunk_start = None;
+        }
+        self.chunk_start.get_or_insert(log_time);
         self.writer.write_to_known_channel(&header, data).map_err(|source| self.failed(source))?;
         if let Some(known) = self.channels.get_mut(&channel.0) {
             known.messages = known.messages.saturating_add(1);

@@ -86,7 +86,7 @@ pub use node::life::LifecycleState;
 pub use process::failure::NodeFailure;
 pub use process::log;
 pub use process::panicked::{Panicked, caught};
-pub use process::shutdown::Shutdown;
+pub use process::shutdown::{Shutdown, ending_signals};
 pub use process::spill_folder::{SpillFolder, SpillFolderError};
 pub use process::status_line::StatusLine;
 pub use process::throttle::{Throttle, WARNING_PERIOD};

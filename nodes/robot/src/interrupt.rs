@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use signal_hook::consts::{SIGINT, SIGTERM};
+use node_shell::ending_signals;
 use signal_hook::flag;
 
 use crate::failure::Failure;
@@ -15,13 +15,13 @@ pub struct Interrupt {
 }
 
 impl Interrupt {
-    /// Handles SIGINT and SIGTERM as a request to end, from now on and for the whole process. Further signals change nothing.
+    /// Handles the [`ending_signals`] as a request to end, from now on and for the whole process. Further signals change nothing.
     ///
     /// # Errors
     /// When the process may not handle signals.
     pub fn on_signals() -> Result<Self, Failure> {
         let interrupt = Self::default();
-        for signal in [SIGINT, SIGTERM] {
+        for signal in ending_signals() {
             // The handler itself sets the flag: no thread and no runtime must run for it.
             flag::register(signal, Arc::clone(&interrupt.has_come))
                 .map_err(|error| Failure::new(format!("cannot handle signals: {error}")))?;
@@ -43,20 +43,23 @@ impl Interrupt {
 
 #[cfg(test)]
 mod tests {
+    use rustix::process::{Signal, getpid, kill_process};
+
     use super::*;
 
     #[test]
     fn every_clone_sees_the_signal() {
         let never = Interrupt::default();
-        let interrupt = Interrupt::on_signals().unwrap();
-        let seen = interrupt.clone();
-        assert!(!seen.has_come());
-        rustix::process::kill_process(rustix::process::getpid(), rustix::process::Signal::INT)
-            .unwrap();
-        // Any thread may get it.
-        while !seen.has_come() {
-            std::thread::yield_now();
+        for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+            let interrupt = Interrupt::on_signals().unwrap();
+            let seen = interrupt.clone();
+            assert!(!seen.has_come());
+            kill_process(getpid(), signal).unwrap();
+            // Any thread may get it.
+            while !seen.has_come() {
+                std::thread::yield_now();
+            }
+            assert!(interrupt.has_come() && !never.has_come());
         }
-        assert!(interrupt.has_come() && !never.has_come());
     }
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::sensor_msgs::PointCloud2;
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
@@ -9,7 +10,6 @@ use tokio::time::timeout;
 
 use crate::program::Running;
 use crate::sensors::Sensors;
-use free_domain::FreeDomain;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);

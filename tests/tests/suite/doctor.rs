@@ -10,6 +10,7 @@ use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
@@ -18,7 +19,6 @@ use serde_json::Value;
 
 use crate::bags::small_room;
 use crate::program::{stillmap, stillmap_with_domain};
-use free_domain::FreeDomain;
 
 /// For how long the doctor listens: longer than discovery and the messages of a graph take. On a machine that is too busy for the
 /// first, again and longer.

@@ -6,7 +6,8 @@ use std::process::Command;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-use bag_player::{Bag, BagMessage, Selection};
+use bag_player::{Bag, BagMessage, BagWriter, OfferedQos, Selection};
+use free_domain::FreeDomain;
 use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::convert;
@@ -20,7 +21,6 @@ use crate::playing::{IMAGES, TO_DETECTION, play};
 use crate::program::{Running, stillmap, succeed};
 use crate::python::python_with;
 use crate::recorded_kitchen::kitchen;
-use free_domain::FreeDomain;
 
 const SCAN: &str = "/scan";
 const DEPTH: &str = IMAGES;
@@ -67,6 +67,51 @@ impl Shares {
 
     fn kept(&self) -> f64 {
         1.0 - self.still_out as f64 / self.still.max(1) as f64
+    }
+}
+
+/// The bag with each stamp of its sensors changed: of messages that begin with a header, as all of a sensor do.
+fn with_stamps(bag: &Path, name: &str, stamp_s: impl Fn(&BagMessage, i32) -> i32) -> PathBuf {
+    let path = bag.with_file_name(name);
+    let mut writer = BagWriter::create(&path).unwrap();
+    let mut channels = BTreeMap::new();
+    for message in messages(bag).iter().filter(|message| !message.topic.starts_with("/truth")) {
+        let channel = *channels.entry(message.topic.clone()).or_insert_with(|| {
+            let (topic, qos) = (&*message.topic, OfferedQos::reliable(10).to_yaml());
+            writer.raw_channel(topic, &message.type_name, "", &qos).unwrap()
+        });
+        let mut data = message.data.to_vec();
+        // Behind the encapsulation.
+        let seconds = i32::from_le_bytes(data[4..8].try_into().unwrap());
+        data[4..8].copy_from_slice(&stamp_s(message, seconds).to_le_bytes());
+        writer.write_raw(channel, message.log_time, message.publish_time, &data).unwrap();
+    }
+    writer.finish().unwrap();
+    path
+}
+
+/// What waited for its cycle was lost where the time had jumped back, and each later message was written in the place of an earlier one.
+#[test]
+fn where_stamps_jump_back_each_message_stays_in_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let start = messages(&bag)[0].log_time;
+    let since_start_s = |message: &BagMessage| message.log_time.seconds_since(start);
+    let once = messages(&bag).iter().filter(|one| one.is_on(SCAN)).nth(20).unwrap().log_time;
+    let clock_set = with_stamps(&bag, "set.mcap", |message, seconds| {
+        if since_start_s(message) > 3.0 { seconds - 3 } else { seconds }
+    });
+    let one_ahead = with_stamps(&bag, "ahead.mcap", |message, seconds| {
+        if message.is_on(SCAN) && message.log_time == once { seconds + 3600 } else { seconds }
+    });
+    for bag in [clock_set, one_ahead] {
+        let (out, _) = filtered(&bag, &[]);
+        let (raw, now) = (messages(&bag), messages(&out));
+        assert_eq!(raw.len(), now.len());
+        for (raw, now) in raw.iter().zip(&now) {
+            assert_eq!((&raw.topic, raw.log_time), (&now.topic, now.log_time));
+            assert_eq!(raw.data[..12], now.data[..12], "{} of another time", raw.topic);
+        }
     }
 }
 

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use detection::shell::DetectionParameters;
+use free_domain::FreeDomain;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Node, RosArguments, Transport};
@@ -18,7 +19,6 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::program::{stillmap, succeed};
-use free_domain::FreeDomain;
 
 fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(path)

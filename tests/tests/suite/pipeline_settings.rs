@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use free_domain::FreeDomain;
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::stillmap_msgs::StageReport;
 use msgs::{RosMessage, convert};
 use node_shell::{Node, Qos, RosArguments, Subscription, Transport};
 
 use crate::bags::pose;
-use free_domain::FreeDomain;
 
 /// Longer than anything takes on a busy machine; a test that waits so long has failed.
 const PATIENCE: Duration = Duration::from_secs(60);

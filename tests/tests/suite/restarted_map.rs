@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use free_domain::FreeDomain;
 use geometry::{VoxelGrid, VoxelKey, ply};
 use msgs::convert;
 use msgs::sensor_msgs::PointCloud2;
@@ -15,7 +16,6 @@ use tokio::time::timeout;
 
 use crate::bags::small_room;
 use crate::program::Running;
-use free_domain::FreeDomain;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(60);

@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use free_domain::FreeDomain;
 use rustix::process::Signal;
 
 use crate::program::Running;
-use free_domain::FreeDomain;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
 const PATIENCE: Duration = Duration::from_secs(120);

@@ -22,6 +22,25 @@ fn time(index: u32) -> Stamp {
     Stamp::from_secs_nanos(1_700_000_000, 0).plus_seconds(f64::from(index) / 7.0)
 }
 
+/// A chunk was closed by its size alone: of a scanner a minute was lost with a process that was killed, of an IMU ten.
+#[test]
+fn of_a_recording_that_is_cut_off_two_seconds_are_lost() -> Result<(), BagError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("written.mcap");
+    let mut writer = BagWriter::create(&path)?;
+    let scans = writer.channel::<LaserScan>("/scan", OfferedQos::sensor(5))?;
+    for index in 0..70 {
+        writer.write(scans, time(index), &scan(index))?;
+    }
+    let cut_off = folder.path().join("cut_off.mcap");
+    std::fs::copy(writer.temporary(), &cut_off).unwrap();
+    let (messages, losses) = read_all(&Bag::open(&cut_off)?, &Selection::default())?;
+    let last = messages.last().unwrap().log_time;
+    assert!(time(69).seconds_since(last) <= 2.5, "{} messages", messages.len());
+    assert!(!losses.is_empty());
+    Ok(())
+}
+
 #[test]
 fn messages_types_and_qos_are_read_back() -> Result<(), BagError> {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,6 @@
 //! The process' memory, and a ceiling on it: a process that grows without end must not take the machine with it.
 
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::shutdown::Shutdown;
@@ -7,8 +8,10 @@ use super::shutdown::Shutdown;
 /// The variable that names another ceiling, in MiB; 0 for none.
 const VARIABLE: &str = "STILLMAP_MEMORY_LIMIT_MIB";
 
-/// The share of the machine's memory, or of the container's, that a process may have unless the variable says otherwise.
-const SHARE: u64 = 2;
+/// The share of the machine's memory that a process may have unless the variable says otherwise, ...
+const SHARE_OF_MACHINE: f64 = 0.5;
+/// ... and of what its container or its unit may have: with the [`OVERSHOOT`] it stays below what the kernel kills at.
+const SHARE_OF_GROUP: f64 = 0.75;
 
 /// How often memory is looked at. A datagram that gets past the filter was measured to cost 330 MB a second.
 const LOOK: Duration = Duration::from_millis(100);
@@ -33,14 +36,32 @@ pub(crate) fn resident_bytes() -> Option<u64> {
 /// # Errors
 /// When the variable is no number of MiB.
 pub(crate) fn ceiling_bytes() -> Result<Option<u64>, String> {
-    let (machine, container) = (
-        std::fs::read_to_string("/proc/meminfo").unwrap_or_default(),
-        std::fs::read_to_string("/sys/fs/cgroup/memory.max").unwrap_or_default(),
-    );
-    ceiling(std::env::var(VARIABLE).ok().as_deref(), &machine, &container)
+    let read = |path: &Path| std::fs::read_to_string(path).unwrap_or_default();
+    let machine = read(Path::new("/proc/meminfo"));
+    let files = limit_files(&read(Path::new("/proc/self/cgroup")));
+    let limits: Vec<String> = files.iter().map(|file| read(file)).collect();
+    ceiling(std::env::var(VARIABLE).ok().as_deref(), &machine, &limits)
 }
 
-fn ceiling(wanted: Option<&str>, machine: &str, container: &str) -> Result<Option<u64>, String> {
+/// The files with the limits of a process' control group and of the groups around it, by its `/proc/PID/cgroup` (cgroups(7)): systemd
+/// limits a unit's own group; that of a container is the root as seen from inside.
+fn limit_files(cgroup: &str) -> Vec<PathBuf> {
+    let of_line = |line: &str| {
+        let mut parts = line.splitn(3, ':').skip(1);
+        let (controllers, own) = (parts.next()?, parts.next()?.trim_start_matches('/'));
+        let (root, file) = match controllers {
+            "" => ("/sys/fs/cgroup", "memory.max"),
+            "memory" => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes"),
+            _ => return None,
+        };
+        let own = Path::new(root).join(own);
+        let groups = own.ancestors().take_while(|group| group.starts_with(root));
+        Some(groups.map(|group| group.join(file)).collect::<Vec<_>>())
+    };
+    cgroup.lines().filter_map(of_line).flatten().collect()
+}
+
+fn ceiling(wanted: Option<&str>, machine: &str, limits: &[String]) -> Result<Option<u64>, String> {
     if let Some(text) = wanted.filter(|text| !text.is_empty()) {
         let mib: u64 = text.parse().map_err(|_| {
             format!("{VARIABLE}={text}: a number of MiB is accepted, 0 for no limit")
@@ -50,10 +71,15 @@ fn ceiling(wanted: Option<&str>, machine: &str, container: &str) -> Result<Optio
     let of_machine = machine
         .lines()
         .find_map(|line| line.strip_prefix("MemTotal:")?.split_whitespace().next()?.parse().ok())
-        .map(|kib: u64| kib.saturating_mul(1024));
-    // "max" where the container has none.
-    let of_container = container.trim().parse().ok();
-    Ok(of_machine.into_iter().chain(of_container).min().map(|bytes: u64| bytes / SHARE))
+        .map(|kib: u64| share(kib.saturating_mul(1024), SHARE_OF_MACHINE));
+    // "max" where a group has none.
+    let of_groups = limits.iter().filter_map(|limit| limit.trim().parse().ok());
+    let of_groups = of_groups.map(|bytes| share(bytes, SHARE_OF_GROUP));
+    Ok(of_machine.into_iter().chain(of_groups).min())
+}
+
+fn share(bytes: u64, share: f64) -> u64 {
+    (bytes as f64 * share) as u64
 }
 
 /// Ends the process once it has grown beyond `ceiling_bytes`: in order if it can, with what there is saved; and with a failure, so
@@ -98,16 +124,45 @@ mod tests {
 
     const MACHINE: &str = "MemTotal:        8000000 kB\nMemFree:          100000 kB\n";
 
+    fn of(limits: &[&str]) -> Vec<String> {
+        limits.iter().map(|limit| (*limit).to_owned()).collect()
+    }
+
+    /// The limit of a systemd unit was not seen: the kernel killed the process, and the map with it.
+    #[test]
+    fn the_limits_are_those_of_the_own_group_and_of_all_around_it() {
+        let of = |cgroup: &str| {
+            limit_files(cgroup).iter().map(|file| file.display().to_string()).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            of("0::/system.slice/stillmap.service\n"),
+            [
+                "/sys/fs/cgroup/system.slice/stillmap.service/memory.max",
+                "/sys/fs/cgroup/system.slice/memory.max",
+                "/sys/fs/cgroup/memory.max",
+            ]
+        );
+        assert_eq!(of("0::/\n"), ["/sys/fs/cgroup/memory.max"]);
+        assert_eq!(
+            of("9:name=systemd:/x\n4:memory:/docker\n1:cpu:/y\n"),
+            [
+                "/sys/fs/cgroup/memory/docker/memory.limit_in_bytes",
+                "/sys/fs/cgroup/memory/memory.limit_in_bytes",
+            ]
+        );
+        assert_eq!(of(""), [""; 0]);
+    }
+
     #[test]
     fn the_ceiling_is_half_of_what_there_is_or_what_is_asked_for() {
-        assert_eq!(ceiling(None, MACHINE, "max\n"), Ok(Some(4_096_000_000)));
-        assert_eq!(ceiling(None, MACHINE, "1000000000\n"), Ok(Some(500_000_000)));
-        assert_eq!(ceiling(None, "", ""), Ok(None));
-        assert_eq!(ceiling(Some(""), "", "2"), Ok(Some(1)));
-        assert_eq!(ceiling(Some("300"), MACHINE, ""), Ok(Some(300 << 20)));
-        assert_eq!(ceiling(Some("0"), MACHINE, ""), Ok(None));
+        assert_eq!(ceiling(None, MACHINE, &of(&["max\n", "max\n"])), Ok(Some(4_096_000_000)));
+        assert_eq!(ceiling(None, MACHINE, &of(&["max\n", "1000000000\n"])), Ok(Some(750_000_000)));
+        assert_eq!(ceiling(None, "", &[]), Ok(None));
+        assert_eq!(ceiling(Some(""), "", &of(&["2"])), Ok(Some(1)));
+        assert_eq!(ceiling(Some("300"), MACHINE, &[]), Ok(Some(300 << 20)));
+        assert_eq!(ceiling(Some("0"), MACHINE, &[]), Ok(None));
         assert!(
-            ceiling(Some("much"), MACHINE, "")
+            ceiling(Some("much"), MACHINE, &[])
                 .unwrap_err()
                 .contains("STILLMAP_MEMORY_LIMIT_MIB=much")
         );
@@ -118,7 +173,7 @@ mod tests {
     fn the_process_has_memory() {
         assert!(resident_bytes().unwrap() > 1_000_000);
         assert!(
-            ceiling(None, &std::fs::read_to_string("/proc/meminfo").unwrap(), "")
+            ceiling(None, &std::fs::read_to_string("/proc/meminfo").unwrap(), &[])
                 .unwrap()
                 .is_some()
         );

@@ -1,7 +1,7 @@
 //! Files that are there as a whole or not at all.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::failure::NodeFailure;
@@ -9,18 +9,27 @@ use super::failure::NodeFailure;
 /// Writes beside, makes sure that it is on the disk, and gives it the name; then the name is on the disk too. A reader never
 /// finds half a file, and what had the name before is lost only to a whole one, also when the power fails.
 ///
+/// A file that is a mount of its own, as a container has it (`docker run -v map.ply:/map.ply`), cannot be replaced. It is written in place,
+/// and until it is whole the file beside it remains.
+///
 /// # Errors
 /// When the folder is not there, may not be written, or is full; a previous file of that name is kept.
 pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    let write = || {
-        let mut file = File::create(&temporary)?;
+    let temporary = temporary(path);
+    let create = |path: &Path| {
+        let mut file = File::create(path)?;
         file.write_all(bytes)?;
-        file.sync_all()?;
+        file.sync_all()
+    };
+    let write = || {
+        create(&temporary)?;
         fs::rename(&temporary, path)
     };
     let written = write();
+    if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::ResourceBusy) {
+        create(path)?;
+        return fs::remove_file(&temporary);
+    }
     if written.is_err() {
         // The partial file is useless; a failure to remove it adds nothing to the error.
         let _ = fs::remove_file(&temporary);
@@ -29,21 +38,41 @@ pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     File::open(folder_of(path))?.sync_all()
 }
 
-/// The file that `parameter` names; none for an empty path. A file that could not be written is found out now, and not when there is
-/// something to lose.
+/// Where a file is written until it gets its name.
+fn temporary(path: &Path) -> PathBuf {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".part");
+    temporary.into()
+}
+
+/// The file that `parameter` names, behind a symbolic link if it is one; none for an empty path. A file that could not be written is
+/// found out now, and not when there is something to lose.
 ///
 /// # Errors
-/// When its folder is not there.
+/// When its folder is not there, or no file can be made in it.
 pub fn output_file(parameter: &str, path: &str) -> Result<Option<PathBuf>, NodeFailure> {
     if path.is_empty() {
         return Ok(None);
     }
-    let path = PathBuf::from(path);
+    let path = behind_link(PathBuf::from(path));
+    let shown = path.display();
     if !folder_of(&path).is_dir() {
-        let shown = path.display();
         return Err(format!("parameter {parameter}: the folder of {shown} does not exist").into());
     }
+    let temporary = temporary(&path);
+    File::create(&temporary).and_then(|_| fs::remove_file(&temporary)).map_err(|error| {
+        format!("parameter {parameter}: no file can be made beside {shown}: {error}")
+    })?;
     Ok(Some(path))
+}
+
+/// What a symbolic link leads to, which need not be there yet: the link is kept, and the file on the other disk is written.
+fn behind_link(path: PathBuf) -> PathBuf {
+    match fs::read_link(&path) {
+        // A chain of links that ends nowhere is resolved by one of them.
+        Ok(target) => fs::canonicalize(&path).unwrap_or_else(|_| folder_of(&path).join(target)),
+        Err(_) => path,
+    }
 }
 
 /// The folder that a file is in, or will be.
@@ -71,6 +100,29 @@ mod tests {
         assert_eq!(of(&path).unwrap(), Some(path.clone()));
         let error = of(&folder.path().join("none").join("house.glb")).unwrap_err().to_string();
         assert!(error.contains("mesh_file") && error.contains("does not exist"), "{error}");
+    }
+
+    /// It was found out when the map was to be saved, at the end.
+    #[test]
+    fn a_folder_in_which_nothing_can_be_made_is_refused_at_the_start() {
+        let error = output_file("map_file", "/proc/map.ply").unwrap_err().to_string();
+        assert!(error.contains("map_file") && error.contains("no file can be made"), "{error}");
+    }
+
+    /// The link was replaced by a file, and what it led to was never written.
+    #[test]
+    fn a_link_is_kept_and_what_it_leads_to_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("disk")).unwrap();
+        std::os::unix::fs::symlink("disk/map.ply", at("map.ply")).unwrap();
+        for text in ["the first", "the next"] {
+            let path = output_file("map_file", at("map.ply").to_str().unwrap()).unwrap().unwrap();
+            write_whole_file(&path, text.as_bytes()).unwrap();
+            assert!(at("map.ply").is_symlink());
+            assert_eq!(fs::read_to_string(at("disk/map.ply")).unwrap(), text);
+        }
+        assert_eq!(fs::read_dir(at("disk")).unwrap().count(), 1);
     }
 
     #[test]

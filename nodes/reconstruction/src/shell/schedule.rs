@@ -141,12 +141,15 @@ impl Schedule {
     }
 
     fn is_map_due(&self, now: Instant) -> bool {
-        let Some(last_cloud) = self.last_cloud else { return false };
+        // Before the first cloud there is nothing to publish.
+        let is_there = self.last_cloud.is_some() || self.last_map.is_some();
         let share = if self.has_removals { SHARE_AFTER_REMOVALS } else { 1 };
         has_passed(SHORTEST_BETWEEN_MAPS, self.last_map, now)
-            && (self.is_needed
-                || has_passed(self.periods.map / share, self.last_map, now)
-                || has_passed(INPUT_PAUSE, Some(last_cloud), now))
+            && (self.is_needed && is_there
+                || self.last_cloud.is_some_and(|last_cloud| {
+                    has_passed(self.periods.map / share, self.last_map, now)
+                        || has_passed(INPUT_PAUSE, Some(last_cloud), now)
+                }))
     }
 }
 

@@ -24,6 +24,8 @@ const VIEWS_WAITING: usize = 64;
 const SCANS_SENT: usize = 10;
 const VIEWS_SENT: usize = 5;
 const CAMERA_INFOS_KEPT: usize = 10;
+/// Why an image is not filtered.
+const NO_CALIBRATION: &str = "no calibration has come on depth/camera_info";
 /// The condition on /diagnostics.
 const CONDITION: &str = "filter";
 
@@ -164,9 +166,19 @@ impl Filter {
 
     pub(super) fn take(&mut self, arrival: RawArrival) {
         match arrival {
-            RawArrival::Scan(message) => self.scans.push(message),
-            RawArrival::Image(message) => self.images.push(message),
-            RawArrival::Points(message) => self.points.push(message),
+            // Where the time has jumped back no cycle of before comes any more: what waits for one goes out.
+            RawArrival::Scan(message) => {
+                self.release_scans(self.scans.is_before(&message));
+                self.scans.push(message);
+            }
+            RawArrival::Image(message) => {
+                self.release_images(self.images.is_before(&message));
+                self.images.push(message);
+            }
+            RawArrival::Points(message) => {
+                self.release_points(self.points.is_before(&message));
+                self.points.push(message);
+            }
             RawArrival::CameraInfo(message) => {
                 match convert::camera_from_message(&message) {
                     Ok(camera) => self.camera = Some(camera),
@@ -203,21 +215,38 @@ impl Filter {
 
     /// Sends what is decided, or has waited for too long; everything where there is no more input.
     fn release(&mut self, is_over: bool) {
+        self.release_scans(is_over);
+        self.release_images(is_over);
+        self.release_points(is_over);
+    }
+
+    fn release_scans(&mut self, is_over: bool) {
         while let Some(message) = self.scans.pop(is_over, |stamp| self.motion.has_scan(stamp)) {
             if let Err(error) = self.filter_scan(&message) {
                 self.refuse("scan", &error);
                 self.scans.pass_on(message);
             }
         }
-        // An image without the calibration of its camera waits for that.
-        while let Some(camera) = self.camera.filter(|_| self.images.is_wanted())
-            && let Some(message) = self.images.pop(is_over, |stamp| self.motion.has_view(stamp))
-        {
+    }
+
+    fn release_images(&mut self, is_over: bool) {
+        let Some(camera) = self.camera else {
+            // An image without the calibration of its camera waits for that, as long as there is room.
+            while let Some(message) = self.images.pop_beyond_room(is_over) {
+                self.refuse("depth/image", &NO_CALIBRATION);
+                self.images.pass_on(message);
+            }
+            return;
+        };
+        while let Some(message) = self.images.pop(is_over, |stamp| self.motion.has_view(stamp)) {
             if let Err(error) = self.filter_image(&message, &camera) {
                 self.refuse("depth/image", error.as_ref());
                 self.images.pass_on(message);
             }
         }
+    }
+
+    fn release_points(&mut self, is_over: bool) {
         while let Some(message) = self.points.pop(is_over, |stamp| self.motion.has_view(stamp)) {
             if let Err(error) = self.filter_points(&message) {
                 self.refuse("points", error.as_ref());
@@ -287,6 +316,43 @@ impl Filter {
             tracing::warn!(
                 "{topic}: {error}: it passes as it is ({held_back} more since the last warning)"
             );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use msgs::std_msgs::Header;
+    use node_shell::{Host, RosArguments};
+
+    use super::*;
+
+    fn image(second: i32) -> Arc<Image> {
+        let stamp = convert::time_from_stamp(geometry::Stamp::from_secs_nanos(second, 0));
+        Arc::new(Image { header: Header { stamp, ..Header::default() }, ..Image::default() })
+    }
+
+    /// Each was held until the calibration came, for ever: 18 MB a second.
+    #[test]
+    fn images_whose_calibration_never_comes_do_not_fill_the_memory() {
+        let arguments = RosArguments::parse(["--ros-args"]).unwrap();
+        let host = Host::in_process();
+        let (own, mapper) = (
+            host.node("segmentation", &arguments).unwrap(),
+            host.node("mapper", &arguments).unwrap(),
+        );
+        let grid = VoxelGrid::new(0.08).unwrap();
+        let mut filter = Filter::new(&own, &FilterParameters::default(), grid).unwrap();
+        let statics =
+            mapper.subscription::<Image>("static_depth/image", &Qos::reliable(100)).unwrap();
+        filter.follow_subscribers(&own).unwrap();
+        for second in 0..VIEWS_WAITING as i32 {
+            filter.take(RawArrival::Image(image(second)));
+        }
+        assert!(statics.try_next().is_none());
+        for second in 0..10 {
+            filter.take(RawArrival::Image(image(VIEWS_WAITING as i32 + second)));
+            assert_eq!(statics.try_next().unwrap().message, image(second));
         }
     }
 }

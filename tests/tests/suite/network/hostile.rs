@@ -11,6 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use free_domain::FreeDomain;
 use geometry::Stamp;
 use msgs::convert;
 use msgs::diagnostic_msgs::DiagnosticArray;
@@ -20,7 +21,6 @@ use tokio::time::timeout;
 
 use super::end::PATIENCE;
 use crate::bags::{bag_of, pose, ten_stamps};
-use free_domain::FreeDomain;
 
 /// What no node may grow beyond. The suite has some 60 MB here, and without the filter 300 MB more each second.
 const MOST_BYTES: u64 = 500 << 20;

@@ -77,8 +77,8 @@ fn a_new_subscriber_gets_the_map_at_once() {
     assert!(clock.look(5_000, Subscribers { map: 2, updates: 0 }).map);
     assert_eq!(clock.maps_while_clouds_come(5_100..7_000, ONE), [] as [u64; 0]);
     assert!(clock.look(7_000, ONE_OF_EACH).map, "updates have to start from a map");
-    // The latched map is already that of the last cloud.
-    assert!(!clock.look(9_000, Subscribers { map: 3, updates: 1 }).map);
+    // The latched map is already that of the last cloud, but only those that ask for it are served by the history.
+    assert!(clock.look(9_000, Subscribers { map: 3, updates: 1 }).map);
 }
 
 #[test]
@@ -91,6 +91,17 @@ fn subscribers_that_come_and_go_do_not_cause_too_many_maps() {
         maps += usize::from(clock.look(time, subscribers).map);
     }
     assert!(maps <= 20, "{maps} maps in ten seconds");
+}
+
+/// Who came when the input had ended, and is not served by the history of the publisher, got no map.
+#[test]
+fn who_comes_after_the_last_cloud_gets_a_map_at_once() {
+    let mut clock = Clock::new();
+    assert_eq!(clock.maps_while_clouds_come(0..1_000, ONE), [0]);
+    assert!(clock.look(1_500, ONE).map, "the input has paused");
+    assert!(!clock.look(20_000, ONE).map, "nothing has changed");
+    assert!(clock.look(20_050, Subscribers { map: 2, updates: 0 }).map);
+    assert!(!clock.look(20_600, Subscribers { map: 2, updates: 0 }).map);
 }
 
 #[test]

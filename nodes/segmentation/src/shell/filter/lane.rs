@@ -100,14 +100,23 @@ impl<M: Stamped> Lane<M> {
         Some(self.raw.as_ref()?.try_next()?.message)
     }
 
+    /// Whether what waits is of another run than a message that has come: the time has jumped back.
+    pub(super) fn is_before(&self, message: &M) -> bool {
+        let stamp = stamp_from_time(message.header().stamp);
+        self.newest.is_some_and(|newest| newest.seconds_since(stamp) > ANOTHER_RUN_S)
+    }
+
     pub(super) fn push(&mut self, message: Arc<M>) {
         let stamp = stamp_from_time(message.header().stamp);
-        if self.newest.is_some_and(|newest| newest.seconds_since(stamp) > ANOTHER_RUN_S) {
-            // The time has jumped back: no cycle of before comes any more.
-            self.clear();
-        }
-        self.newest = self.newest.max(Some(stamp));
+        // Of another run nothing waits any more.
+        self.newest = self.newest.filter(|_| !self.is_before(&message)).max(Some(stamp));
         self.waiting.push_back((stamp, message));
+    }
+
+    /// The oldest message, if more of them wait than may; every one where there is no more input.
+    pub(super) fn pop_beyond_room(&mut self, at_all: bool) -> Option<Arc<M>> {
+        let is_due = at_all || self.waiting.len() > self.wait.most;
+        is_due.then(|| self.waiting.pop_front())?.map(|(_, message)| message)
     }
 
     /// The next message that is decided or has waited for too long, or the next one at all.
