@@ -187,7 +187,7 @@ pub enum BagError {
         log_time: Stamp,
     },
     /// The bag cannot be written.
-    #[error("cannot write {path}: {source}; check the free space and the permissions of its directory", path = path.display())]
+    #[error("cannot write {path}: {}; check the free space and the permissions of its directory", cause(source), path = path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -381,5 +381,12 @@ impl fmt::Display for Loss {
             Some(count) => write!(f, "; {count} messages lost"),
             None => Ok(()),
         }
+    }
+}
+/// What the system said, which the library's own words leave out.
+fn cause(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
     }
 }

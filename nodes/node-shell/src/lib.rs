@@ -91,7 +91,7 @@ pub use process::spill_folder::{SpillFolder, SpillFolderError};
 pub use process::status_line::StatusLine;
 pub use process::throttle::{Throttle, WARNING_PERIOD};
 pub use process::versions::{VERSIONS_KEPT, keep_version};
-pub use process::whole_file::{folder_of, output_file, write_whole_file};
+pub use process::whole_file::{check_folder_of, folder_of, output_file, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};
 pub use services::odometry_output::{OdometryFrames, OdometryOutput, PublishedPose};

@@ -6,9 +6,12 @@ use std::sync::Arc;
 
 use bag_player::{BagError, BagInfo, BagMessage, BagSummary, BagWriter, ChannelId};
 
+use crate::unfinished::Unfinished;
+
 /// A bag with the topics of another.
 pub(crate) struct BagCopy {
     writer: BagWriter,
+    _unfinished: Unfinished,
     /// By topic and type.
     channels: BTreeMap<(Arc<str>, Arc<str>), ChannelId>,
 }
@@ -16,7 +19,9 @@ pub(crate) struct BagCopy {
 impl BagCopy {
     /// Begins a bag with the playable topics of another, also those without messages.
     pub(crate) fn begin(output: &Path, info: &BagInfo) -> Result<Self, BagError> {
-        let mut copy = Self { writer: BagWriter::create(output)?, channels: BTreeMap::new() };
+        let writer = BagWriter::create(output)?;
+        let _unfinished = Unfinished::at(writer.temporary().to_owned());
+        let mut copy = Self { writer, _unfinished, channels: BTreeMap::new() };
         for topic in info.topics.iter().filter(|topic| topic.is_playable()) {
             let key = (topic.topic.as_str().into(), topic.type_name.as_str().into());
             let known = || msgs::schema_of(&topic.type_name);

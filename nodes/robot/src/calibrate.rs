@@ -18,7 +18,7 @@ use node_shell::parameters::{self, Assignment};
 
 use self::reader::{Choosing, Read, ReadCycles, Topics};
 use crate::console;
-use crate::existing::refuse_to_replace;
+use crate::existing::check_output_file;
 use crate::failure::{Failure, Outcome};
 use crate::open_bag::open_bag;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
@@ -59,7 +59,9 @@ pub struct CalibrateArgs {
 }
 
 pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
-    refuse_to_replace(args.output.clone(), args.overwrite, "-o")?;
+    if let Some(output) = &args.output {
+        check_output_file(output, args.overwrite, "-o")?;
+    }
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
     let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;

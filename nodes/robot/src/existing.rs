@@ -1,8 +1,10 @@
 //! Existing files are replaced only with `--overwrite`.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use node_shell::{check_folder_of, folder_of};
 
 use crate::failure::Failure;
 use crate::sensor_bag::SensorBag;
@@ -23,6 +25,32 @@ pub fn refuse_to_replace(
             "the same command with --overwrite replaces it; {option} names another place"
         ))),
     }
+}
+
+/// Refuses, before any work is done, an output file that exists, unless `overwrite`, or whose folder is not there or may not be written.
+///
+/// # Errors
+/// With the path, and what to do.
+pub(crate) fn check_output_file(path: &Path, overwrite: bool, option: &str) -> Result<(), Failure> {
+    refuse_to_replace([path.to_owned()], overwrite, option)?;
+    check_folder(path, option)
+}
+
+/// Refuses an output file whose folder is not there or may not be written, before the work for it begins.
+///
+/// # Errors
+/// With the path, and what to do.
+pub(crate) fn check_folder(path: &Path, option: &str) -> Result<(), Failure> {
+    check_folder_of(path).map_err(|error| {
+        let why = match error.kind() {
+            ErrorKind::NotFound => {
+                format!("the folder {} does not exist", folder_of(path).display())
+            }
+            _ => error.to_string(),
+        };
+        Failure::new(format!("cannot write {}: {why}", path.display()))
+            .fix(format!("{option} names another place"))
+    })
 }
 
 /// A bag that a subcommand writes.
@@ -54,7 +82,7 @@ impl BagOutput {
     /// # Errors
     /// When there is one and `--overwrite` was not given.
     pub fn check(&self) -> Result<(), Failure> {
-        refuse_to_replace([self.output.clone()], self.overwrite, "-o")
+        check_output_file(&self.output, self.overwrite, "-o")
     }
 
     /// Refuses to replace the bag that is read.
@@ -82,6 +110,18 @@ impl BagOutput {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_file_for_which_there_is_no_folder_is_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("file"), "").unwrap();
+        check_output_file(&at("a.txt"), false, "-o").unwrap();
+        for nowhere in ["no/a.txt", "file/a.txt"] {
+            let refused = check_output_file(&at(nowhere), true, "-o").unwrap_err().to_string();
+            assert!(refused.contains("-o names another place"), "{refused}");
+        }
+    }
 
     #[test]
     fn existing_files_are_replaced_only_with_overwrite() {

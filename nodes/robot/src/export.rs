@@ -17,10 +17,10 @@ use self::georeference::{Georeference, Holds};
 use self::selection::Selection;
 use crate::console;
 use crate::e57_file;
-use crate::existing::refuse_to_replace;
+use crate::existing::{check_folder, refuse_to_replace};
 use crate::failure::{Failure, Outcome};
 use crate::las_file::{LasError, LasFile, LasKind};
-use crate::map_file::{MapFile, check_folder, write};
+use crate::map_file::{MapFile, write};
 
 /// The edge of an octomap's voxels by default.
 const OCTOMAP_EDGE_M: f64 = 0.05;
@@ -130,7 +130,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
     let outputs =
         std::iter::once(args.output.clone()).chain((form == Form::Grid).then(|| image.clone()));
     refuse_to_replace(outputs, args.overwrite, "-o")?;
-    check_folder(&args.output)?;
+    check_folder(&args.output, "-o")?;
     let map = MapFile::read(&args.map)?;
     let points = args.selection.of(map.points)?;
     let views = args.selection.views_of(map.views)?;

@@ -32,6 +32,7 @@ mod rig;
 mod ros_words;
 pub mod run;
 pub mod sensor_bag;
+mod unfinished;
 mod up;
 mod view;
 pub mod visual;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use geometry::{MapView, MapViews, OrientedPoints, VoxelKey, pcd, ply};
-use node_shell::{folder_of, write_whole_file};
+use node_shell::write_whole_file;
 use reconstruction::octomap;
 
 use crate::failure::Failure;
@@ -79,7 +79,6 @@ impl MapFile {
                     .fix("its name must end in .ply or .pcd"));
             }
         };
-        check_folder(path)?;
         write(path, &bytes)
     }
 }
@@ -87,15 +86,6 @@ impl MapFile {
 /// The voxels that an octomap of so many bytes may have.
 fn most_voxels_of(file_bytes: usize) -> usize {
     file_bytes.saturating_mul(MOST_VOXELS_PER_BYTE).clamp(FEW_VOXELS, MOST_VOXELS)
-}
-
-/// Refuses a file in a folder that is not there, before the work for it begins.
-pub(crate) fn check_folder(path: &Path) -> Result<(), Failure> {
-    let folder = folder_of(path);
-    if folder.is_dir() {
-        return Ok(());
-    }
-    Err(Failure::new(format!("the folder {} does not exist", folder.display())))
 }
 
 /// Writes a file whole, or leaves the one that is there.

@@ -12,15 +12,14 @@ use estimation::ScopedThreads;
 use geometry::{OrientedPoints, ply};
 use map_merge::{Group, Merge, MergeError, SavedMap, merge};
 use nalgebra::Isometry3;
-use node_shell::folder_of;
 use reconstruction::mesh::edge_of_map_points_m;
 
 use self::report::Report;
 use crate::console;
-use crate::existing::refuse_to_replace;
+use crate::existing::check_output_file;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::map_file::{MapFile, check_folder, write};
+use crate::map_file::{MapFile, write};
 use crate::pose_numbers::pose_of_numbers;
 
 /// Colours of the change map, of the palette of Okabe and Ito, which people who see few colours tell apart too: vermilion and bluish green, and
@@ -65,7 +64,7 @@ pub(crate) fn run(args: &MergeArgs, interrupt: &Interrupt) -> Result<Outcome, Fa
     let outputs = || std::iter::once(&args.output).chain(&args.changes);
     for (path, option) in outputs().zip(["-o", "--changes"]) {
         check(path, option)?;
-        refuse_to_replace([path.clone()], args.overwrite, option)?;
+        check_output_file(path, args.overwrite, option)?;
     }
     if args.changes.as_ref() == Some(&args.output) {
         return Err(Failure::new(format!("{} cannot be both", args.output.display()))
@@ -109,11 +108,7 @@ fn check(path: &Path, option: &str) -> Result<(), Failure> {
         return Err(Failure::new(format!("{} is no .ply file", path.display()))
             .fix(format!("{option} must end in .ply; stillmap export makes other forms of it")));
     }
-    check_folder(path)?;
-    rustix::fs::access(folder_of(path), rustix::fs::Access::WRITE_OK).map_err(|error| {
-        Failure::new(format!("cannot write {}: {error}", path.display()))
-            .fix(format!("{option} names another place"))
-    })
+    Ok(())
 }
 
 fn read(path: &Path) -> Result<SavedMap, Failure> {

@@ -13,7 +13,7 @@ use report::DurationStatistics;
 use serde::Serialize;
 
 use crate::console;
-use crate::existing::refuse_to_replace;
+use crate::existing::check_output_file;
 use crate::failure::{Failure, Outcome};
 use crate::lidar::{self, LidarArgs};
 use crate::offer::Offer;
@@ -120,8 +120,10 @@ struct OdometrySummary {
 }
 
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
-    refuse_to_replace([args.output.clone()], args.overwrite, "-o")?;
-    refuse_to_replace(args.save_map.clone(), args.overwrite, "--save-map")?;
+    check_output_file(&args.output, args.overwrite, "-o")?;
+    if let Some(map) = &args.save_map {
+        check_output_file(map, args.overwrite, "--save-map")?;
+    }
     if args.of == Whose::Lidar && args.slam {
         return Err(Failure::new("--slam is for a camera").fix("leave it out for a LiDAR"));
     }

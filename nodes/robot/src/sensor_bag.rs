@@ -2,7 +2,7 @@
 //! this program writes.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bag_player::{BagSummary, BagWriter, ChannelId, OfferedQos};
 use geometry::{CameraModel, Cloud, DepthImage, LabelImage, Scan, Stamp, StampedPose};
@@ -13,6 +13,7 @@ use msgs::velodyne_msgs::VelodyneScan;
 use msgs::{RosMessage, convert, geometry_msgs::PoseStamped, std_msgs};
 
 use crate::failure::Failure;
+use crate::unfinished::Unfinished;
 
 /// The scan, as rplidar_ros names it.
 pub const SCAN: &str = "/scan";
@@ -60,16 +61,6 @@ const SENSOR_DEPTH: u32 = 5;
 /// History depth of other publishers: that of `rmw_qos_profile_default`.
 const RELIABLE_DEPTH: u32 = 10;
 
-/// The temporary file of a bag, which is removed if the bag was not finished.
-struct Unfinished(PathBuf);
-
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        // A finished bag was renamed, and this file does not exist.
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
-
 /// Writes sensor data to a bag. Channels appear with their first message, so that a bag lists no
 /// topic that it does not hold. Each method is an error when the file cannot be written.
 pub struct SensorBag {
@@ -85,7 +76,7 @@ impl SensorBag {
     /// When the file cannot be created.
     pub fn create(path: &Path) -> Result<Self, Failure> {
         let writer = BagWriter::create(path).map_err(|error| Failure::new(error.to_string()))?;
-        let _unfinished = Unfinished(writer.temporary().to_owned());
+        let _unfinished = Unfinished::at(writer.temporary().to_owned());
         Ok(Self { writer, _unfinished, channels: Vec::new() })
     }
 

@@ -15,7 +15,7 @@ use super::failure::NodeFailure;
 /// # Errors
 /// When the folder is not there, may not be written, or is full; a previous file of that name is kept.
 pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = temporary(path);
+    let temporary = beside(path, ".part");
     let create = |path: &Path| {
         let mut file = File::create(path)?;
         file.write_all(bytes)?;
@@ -38,11 +38,11 @@ pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
     File::open(folder_of(path))?.sync_all()
 }
 
-/// Where a file is written until it gets its name.
-fn temporary(path: &Path) -> PathBuf {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    temporary.into()
+/// The name of a file with an ending behind it.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(ending);
+    name.into()
 }
 
 /// The file that `parameter` names, behind a symbolic link if it is one; none for an empty path. A file that could not be written is
@@ -59,10 +59,8 @@ pub fn output_file(parameter: &str, path: &str) -> Result<Option<PathBuf>, NodeF
     if !folder_of(&path).is_dir() {
         return Err(format!("parameter {parameter}: the folder of {shown} does not exist").into());
     }
-    let temporary = temporary(&path);
-    File::create(&temporary).and_then(|_| fs::remove_file(&temporary)).map_err(|error| {
-        format!("parameter {parameter}: no file can be made beside {shown}: {error}")
-    })?;
+    check_folder_of(&path)
+        .map_err(|error| format!("parameter {parameter}: no file can be made beside {shown}: {error}"))?;
     Ok(Some(path))
 }
 
@@ -73,6 +71,20 @@ fn behind_link(path: PathBuf) -> PathBuf {
         Ok(target) => fs::canonicalize(&path).unwrap_or_else(|_| folder_of(&path).join(target)),
         Err(_) => path,
     }
+}
+
+/// Finds out whether files can be made in the folder of a file, by making one: that the rights are there does not say it.
+///
+/// # Errors
+/// When it is not there, is no folder, or none can be made.
+pub fn check_folder_of(path: &Path) -> io::Result<()> {
+    let folder = folder_of(path);
+    if !fs::metadata(folder)?.is_dir() {
+        return Err(ErrorKind::NotADirectory.into());
+    }
+    let probe = beside(path, ".probe");
+    File::create(&probe)?;
+    fs::remove_file(&probe)
 }
 
 /// The folder that a file is in, or will be.

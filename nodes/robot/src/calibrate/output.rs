@@ -1,10 +1,10 @@
 //! The output of a calibration: text, JSON, and a parameter file.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use calibration::Calibration;
+use node_shell::write_whole_file;
 use serde::Serialize;
 
 use crate::console;
@@ -79,10 +79,7 @@ pub(super) fn write_parameters(
         text.push_str(&format!("#   {line}\n"));
     }
     text.push_str(&parameters(found));
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    fs::write(&temporary, text)
-        .and_then(|()| fs::rename(&temporary, path))
+    write_whole_file(path, text.as_bytes())
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }
 

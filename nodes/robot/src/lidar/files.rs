@@ -1,14 +1,15 @@
 //! The road map as files, written tile by tile: only one tile at a time is in memory.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lidar_odometry::panorama::ColourMap;
 use lidar_odometry::road_map::{RoadMap, RoadPoint};
 
 use crate::failure::Failure;
 use crate::las_file::{LasError, LasFile, LasKind};
+use crate::unfinished::Unfinished;
 
 /// What a map is coloured by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, clap::ValueEnum)]
@@ -152,11 +153,11 @@ fn write(
     mut record: impl FnMut(&mut BufWriter<File>, &RoadPoint) -> io::Result<()>,
 ) -> Result<(), Failure> {
     let failed = |error: io::Error| cannot_write(path, &error);
-    let temporary = part_of(path);
-    let mut file = BufWriter::new(File::create(&temporary).map_err(failed)?);
+    let temporary = Unfinished::beside(path);
+    let mut file = BufWriter::new(File::create(temporary.path()).map_err(failed)?);
     file.write_all(header.as_bytes()).map_err(failed)?;
     for_each(map, |point| record(&mut file, point).map_err(failed))?;
-    file.flush().and_then(|()| fs::rename(&temporary, path)).map_err(failed)
+    file.flush().and_then(|()| temporary.becomes(path)).map_err(failed)
 }
 
 /// Writes LAS 1.4 with intensities and colours: of both, 16 bits for what the extent spans.
@@ -170,8 +171,8 @@ pub(crate) fn write_las(
         Failure::new(format!("cannot write {}: {error}", path.display()))
             .fix("give a folder that can be written with --out")
     };
-    let temporary = part_of(path);
-    let file = File::create(&temporary).map_err(|error| cannot_write(path, &error))?;
+    let temporary = Unfinished::beside(path);
+    let file = File::create(temporary.path()).map_err(|error| cannot_write(path, &error))?;
     let kind = LasKind { has_colour: true, is_compressed: false, epsg: None };
     let mut las = LasFile::new(BufWriter::new(file), extent.low_m, kind).map_err(failed)?;
     let [dark, bright] = extent.intensities;
@@ -183,13 +184,7 @@ pub(crate) fn write_las(
         las.push(point.position_m.coords.into(), intensity, Some(rgb)).map_err(failed)
     })?;
     let flushed = las.finish().map_err(failed)?.flush();
-    flushed.and_then(|()| fs::rename(&temporary, path)).map_err(|error| cannot_write(path, &error))
-}
-
-fn part_of(path: &Path) -> PathBuf {
-    let mut part = path.as_os_str().to_owned();
-    part.push(".part");
-    PathBuf::from(part)
+    flushed.and_then(|()| temporary.becomes(path)).map_err(|error| cannot_write(path, &error))
 }
 
 pub(super) fn cannot_write(path: &Path, error: &io::Error) -> Failure {

@@ -12,6 +12,7 @@ use report::{CycleRecord, RunRecord, Summary};
 use super::drawings::MapPng;
 use crate::existing::refuse_to_replace;
 use crate::failure::Failure;
+use crate::unfinished::Unfinished;
 
 /// The folder of the removed points, a cloud for each cycle.
 const DYNAMIC_FOLDER: &str = "dynamic";
@@ -220,9 +221,9 @@ impl OutputFolder {
     /// Writes under a temporary name first: a reader never finds half a file.
     fn write_file(&self, name: &str, bytes: &[u8]) -> Result<(), Failure> {
         let path = self.path.join(name);
-        let temporary = self.path.join(format!("{name}.part"));
-        fs::write(&temporary, bytes)
-            .and_then(|()| fs::rename(&temporary, &path))
+        let temporary = Unfinished::beside(&path);
+        fs::write(temporary.path(), bytes)
+            .and_then(|()| temporary.becomes(&path))
             .map_err(|error| cannot_write(&path, &error))
     }
 }

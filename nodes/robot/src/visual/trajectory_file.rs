@@ -1,12 +1,12 @@
 //! Poses as a text file of the TUM benchmark: seconds, place, quaternion.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::Path;
 
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use nalgebra::Isometry3;
+use node_shell::write_whole_file;
 
 use crate::failure::Failure;
 
@@ -39,9 +39,6 @@ pub(crate) fn write_trajectory(
             turn.w
         );
     }
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    fs::write(&temporary, text)
-        .and_then(|()| fs::rename(&temporary, path))
+    write_whole_file(path, text.as_bytes())
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }

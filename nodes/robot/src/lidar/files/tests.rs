@@ -1,3 +1,5 @@
+use std::fs;
+
 use geometry::{pcd, ply};
 use lidar_odometry::road_map::RoadMapConfig;
 use nalgebra::{Isometry3, Point3};
