@@ -11,6 +11,8 @@ mod scan_cut;
 pub mod tum;
 mod velodyne;
 
+pub(crate) use depth_png::numbered_pictures;
+
 use bag_player::BagSummary;
 use clap::Subcommand;
 

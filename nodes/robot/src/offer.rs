@@ -3,6 +3,9 @@
 use std::collections::BTreeSet;
 
 use bag_player::{BagInfo, TopicInfo};
+use msgs::RosMessage;
+use msgs::sensor_msgs::{CompressedImage, Image, PointCloud2};
+use msgs::velodyne_msgs::VelodyneScan;
 
 const GRAPH: &str = "the graph";
 
@@ -95,6 +98,14 @@ impl<'a> Offer<'a> {
                 && !offered.topic.starts_with("/truth/")
         };
         self.topics.iter().filter(is_input).map(|offered| offered.topic)
+    }
+
+    /// Whether there are scans of a 3D LiDAR, or clouds that may be such, and nothing of a camera.
+    pub(crate) fn is_of_a_lidar_alone(&self) -> bool {
+        let has = |type_name: &str| self.of_type(type_name).next().is_some();
+        (has(PointCloud2::TYPE_NAME) || has(VelodyneScan::TYPE_NAME))
+            && !has(Image::TYPE_NAME)
+            && !has(CompressedImage::TYPE_NAME)
     }
 
     /// Whether a topic of this name and type is there.

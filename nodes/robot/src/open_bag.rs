@@ -5,8 +5,9 @@ use std::path::Path;
 use bag_player::Bag;
 
 use crate::failure::Failure;
-use crate::import::tum;
+use crate::import::{numbered_pictures, tum};
 use crate::lidar::LidarSource;
+use crate::ros_words::quoted;
 
 /// Opens a bag.
 ///
@@ -24,13 +25,22 @@ pub(crate) fn open_bag(path: &Path) -> Result<Bag, Failure> {
 
 /// What takes a recording of another kind.
 fn taken_by(path: &Path) -> Option<String> {
-    let shown = path.display();
+    let shown = quoted(&path.display().to_string());
     if LidarSource::is_no_bag(path) {
         return Some(format!("`stillmap run {shown} --pose lidar` maps a LiDAR's recording"));
     }
-    let name = path.file_name()?.to_string_lossy();
-    tum::is_sequence(path).then(|| {
-        format!("`stillmap import tum {shown} --scan-from-depth -o {name}.mcap` makes a bag of a TUM sequence")
+    let name = path.file_name().map_or_else(Default::default, |name| name.to_string_lossy());
+    let bag = quoted(&format!("{}.mcap", if name.is_empty() { "recording" } else { &*name }));
+    if tum::is_sequence(path) {
+        return Some(format!(
+            "`stillmap import tum {shown} --scan-from-depth -o {bag}` makes a bag of a TUM sequence"
+        ));
+    }
+    numbered_pictures(path).is_ok().then(|| {
+        format!(
+            "`stillmap import depth {shown} --intrinsics FX,FY,CX,CY --scan-from-depth -o {bag}` makes a bag of numbered depth \
+             images of a camera that stands"
+        )
     })
 }
 
@@ -47,6 +57,8 @@ mod tests {
         fs::create_dir_all(at("desk")).unwrap();
         fs::create_dir_all(at("07/velodyne")).unwrap();
         fs::create_dir_all(at("empty")).unwrap();
+        fs::create_dir_all(at("the kitchen")).unwrap();
+        fs::write(at("the kitchen/0001.png"), "no picture").unwrap();
         for list in ["rgb.txt", "depth.txt"] {
             fs::write(at("desk").join(list), "# none\n").unwrap();
         }
@@ -55,6 +67,7 @@ mod tests {
         fs::write(at("notes.txt"), "dear diary").unwrap();
         for (name, command) in [
             ("desk", Some("import tum")),
+            ("the kitchen", Some("-o 'the kitchen.mcap'`")),
             ("07", Some("--pose lidar")),
             ("drive.pcap", Some("--pose lidar")),
             ("notes.txt", None),

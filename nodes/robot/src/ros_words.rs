@@ -52,7 +52,7 @@ fn remapping(RemapRule { kind, node, from, to }: &RemapRule) -> String {
 }
 
 /// A word that a shell takes as it is.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let is_plain = |one: char| one.is_ascii_alphanumeric() || "-_./:=,+@%~".contains(one);
     if word.chars().all(is_plain) && !word.starts_with('~') {
         word.to_owned()

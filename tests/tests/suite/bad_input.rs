@@ -71,6 +71,38 @@ fn a_bag_without_one_of_the_topics() {
 }
 
 #[test]
+fn a_bag_of_a_lidar_alone_names_the_commands_that_take_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "drive.mcap", |topics| {
+        topics.messages("/velodyne_points", ten_stamps().map(|stamp| (stamp, wall(stamp, 100))));
+    });
+    refused(&bag, &["no 2D laser scan", "`stillmap run BAG --pose lidar`"]);
+    let file = folder.path().join("poses.txt");
+    let output = stillmap(["odometry", bag.to_str().unwrap(), "-o", file.to_str().unwrap()]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("`stillmap odometry BAG --of lidar -o FILE`"), "{stderr}");
+}
+
+#[test]
+fn a_filter_that_fails_leaves_no_temporary_file() {
+    let folder = tempfile::tempdir().unwrap();
+    // An hour apart, so that no scan becomes a cycle.
+    let later = || ten_stamps().map(|stamp| stamp.plus_seconds(3600.0));
+    let bag = bag_of(folder.path(), "apart.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/points", later().map(|stamp| (stamp, wall(stamp, 100))));
+        topics.messages("/pose", later().map(|stamp| (stamp, pose(stamp))));
+    });
+    let filtered = folder.path().join("filtered.mcap");
+    let output = stillmap(["filter", bag.to_str().unwrap(), "-o", filtered.to_str().unwrap()]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("`stillmap doctor BAG`"), "{stderr}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "{stderr}");
+}
+
+#[test]
 fn a_topic_of_the_wrong_type() {
     let folder = tempfile::tempdir().unwrap();
     let bag = bag_of(folder.path(), "types.mcap", |topics| {

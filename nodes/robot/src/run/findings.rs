@@ -106,10 +106,9 @@ pub(crate) fn no_cycle(record: &RunRecord) -> Option<Failure> {
             .map(|drop| format!("{}: {} ({} times)", drop.topic_or_stage, drop.reason, drop.count))
             .collect();
         let failure = Failure::new("no scan became a cycle, so there is no result");
-        return Some(match reasons.is_empty() {
-            true => failure,
-            false => failure.fix(reasons.join("\n  ")),
-        });
+        let helps = "`stillmap doctor BAG` compares topics and stamps".to_owned();
+        let lines: Vec<String> = reasons.into_iter().chain([helps]).collect();
+        return Some(failure.fix(lines.join("\n  ")));
     }
     None
 }

@@ -208,8 +208,13 @@ impl Chooser<'_> {
                 LaserScan::TYPE_NAME,
                 self.offer.unread()
             ))
-            .fix(if self.offer.is_live() {
+            .fix(if self.offer.is_live() && self.offer.is_of_a_lidar_alone() {
+                "start the driver of the scanner; the trajectory of a 3D LiDAR alone: `stillmap node lidar-odometry`"
+                    .to_owned()
+            } else if self.offer.is_live() {
                 "start the driver of the scanner".to_owned()
+            } else if self.offer.is_of_a_lidar_alone() {
+                "`stillmap run BAG --pose lidar` makes a map of the scans of a 3D LiDAR alone".to_owned()
             } else {
                 format!(
                     "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth \

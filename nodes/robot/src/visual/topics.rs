@@ -108,8 +108,13 @@ pub fn depth_topic(named: Option<&str>, offer: &Offer<'_>) -> Result<String, Fai
     match (found.next(), found.next()) {
         (Some(only), None) => Ok(only.to_owned()),
         (None, _) => {
-            Err(Failure::new(format!("{} has no depth images{}", offer.place(), offer.unread()))
-                .fix(format!("--depth names their topic; {}", offer.listed_by())))
+            let failure =
+                Failure::new(format!("{} has no depth images{}", offer.place(), offer.unread()));
+            Err(failure.fix(if offer.is_of_a_lidar_alone() {
+                "of a 3D LiDAR: `stillmap odometry BAG --of lidar -o FILE`, `stillmap run BAG --pose lidar`".to_owned()
+            } else {
+                format!("--depth names their topic; {}", offer.listed_by())
+            }))
         }
         (Some(one), Some(other)) => {
             Err(Failure::new(format!("{} has several topics of depth images", offer.place()))
