@@ -89,7 +89,7 @@ async fn answer(node: Node) -> Result<(), NodeFailure> {
 
 /// The cycles and the map of all nodes.
 async fn publish(node: Node) -> Result<(), NodeFailure> {
-    let parameters = node.parameters::<MadeUp>()?;
+    let parameters = MadeUp::default();
     let _live = node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
     {

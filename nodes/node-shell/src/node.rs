@@ -7,10 +7,7 @@ pub(crate) mod life;
 
 use std::sync::Arc;
 
-use geometry::parameter::Parameters;
 use msgs::diagnostic_msgs::DiagnosticStatus;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 use tokio::sync::watch;
 
 use crate::endpoints::counters::Counters;
@@ -24,7 +21,7 @@ use crate::process::log::LogOutputs;
 use crate::process::shutdown::Shutdown;
 use crate::settings::arguments::RosArguments;
 use crate::settings::names::NodeIdentity;
-use crate::settings::parameters::{self, ParameterError, Switches};
+use crate::settings::parameters::{self, Switches};
 use crate::settings::qos::Qos;
 use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
@@ -82,18 +79,6 @@ impl Node {
 
     pub(crate) fn log_outputs(&self) -> &LogOutputs {
         &self.arguments.outputs
-    }
-
-    /// The node's parameters: the defaults of `P`, with the values of parameter files and of the
-    /// command line applied to them.
-    ///
-    /// # Errors
-    /// When a file or a value cannot be used.
-    pub fn parameters<P>(&self) -> Result<P, ParameterError>
-    where
-        P: Parameters + Serialize + DeserializeOwned + Default,
-    {
-        parameters::of_node(&self.identity, &self.arguments.parameters)
     }
 
     /// The time that the node goes by: the wall clock's or, with `use_sim_time`, that of `/clock`.

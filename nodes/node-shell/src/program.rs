@@ -75,7 +75,7 @@ impl Program {
         let identity = arguments.identity(self.name).map_err(ShellError::from)?;
         crate::process::log::start(&identity.logger_name(), &arguments.log, &arguments.outputs);
         arguments.warn_of_options_without_effect();
-        let parameters = parameters::of_node(&identity, &arguments.parameters)?;
+        let parameters = arguments.parameters_of(self.name)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(THREADS)
             .enable_all()

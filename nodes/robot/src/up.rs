@@ -2,20 +2,18 @@
 //! serialised; other processes receive them over DDS.
 
 mod detect;
+mod parameters;
 mod status;
 
-use std::collections::BTreeSet;
 use std::net::SocketAddr;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
-use geometry::parameter::Parameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use live_view::shell::{FoxgloveServer, GraphOf, LiveView};
 use node_shell::arguments::ParameterSource;
-use node_shell::parameters::{self, ParameterError};
 use node_shell::{Host, Node, NodeFailure, RosArguments, ShellError, Shutdown, Transport, log};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
@@ -23,9 +21,10 @@ use segmentation::shell::SegmentationParameters;
 use tokio::task::JoinSet;
 use tracing::Instrument;
 
+use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
-use crate::run::parameters::{check_agreement, check_map_edge};
+use crate::up::parameters::{OdometryParameters, SuiteParameters};
 use crate::up::status::Status;
 use crate::view::FoxgloveArgs;
 use crate::{lidar, view, visual};
@@ -111,22 +110,31 @@ const PRESETS: [Preset; 3] = [
 pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     log::start("stillmap", &ros.log, &ros.outputs);
     ros.warn_of_options_without_effect();
-    let rig = rig(&args.rig)?;
-    let (mut arguments, mut pose) = (ros.clone(), args.pose);
-    if args.detect {
-        let proposal = detect::detect(ros, &args.for_command())?;
-        if !args.yes {
-            return Ok(Outcome::Complete);
-        }
-        arguments = detect::with_proposal(ros, &proposal)?;
-        pose = proposal.pose;
-    }
-    arguments.parameters.insert(0, rig);
-    arguments.parameters.extend(args.map_edge.map(|edge_m| ParameterSource::Assignment {
+    let edge = args.map_edge.map(|edge_m| ParameterSource::Assignment {
         node: None,
         name: "map_edge_m".to_owned(),
         value: format!("{edge_m:?}"),
-    }));
+    });
+    let (rig, mut pose) = (rig(&args.rig)?, args.pose);
+    let with_options = |mut arguments: RosArguments| {
+        arguments.parameters.insert(0, rig.clone());
+        arguments.parameters.extend(edge.clone());
+        arguments
+    };
+    let mut arguments = with_options(ros.clone());
+    let mut parameters = SuiteParameters::of(&arguments, pose, args.map_edge)?;
+    if args.detect {
+        let Some(proposal) = detect::detect(ros, &args.for_command())? else {
+            console::note("interrupted: nothing was started");
+            return Ok(Outcome::Interrupted);
+        };
+        if !args.yes {
+            return Ok(Outcome::Complete);
+        }
+        arguments = with_options(detect::with_proposal(ros, &proposal)?);
+        pose = proposal.pose;
+        parameters = SuiteParameters::of(&arguments, pose, args.map_edge)?;
+    }
     let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         // A node that computes keeps its thread: the others, and what receives for them, need theirs.
@@ -136,14 +144,8 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
         let viewers = (args.view.map(view::listen).transpose()?, args.foxglove.listen()?);
-        let nodes = Nodes::start(&arguments, pose, viewers)
+        let nodes = Nodes::start(&arguments, parameters, viewers)
             .map_err(|error| Failure::new(error.to_string()))?;
-        check_agreement(
-            &nodes.detection.1.config.pipeline,
-            &nodes.segmentation.1.config.pipeline,
-            &nodes.reconstruction.1.config.pipeline,
-        )?;
-        check_map_edge(args.map_edge, &nodes.reconstruction.1.config.pipeline)?;
         nodes.serve().await
     })
 }
@@ -160,61 +162,6 @@ fn rig(name: &str) -> Result<ParameterSource, Failure> {
     let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
     Err(Failure::new(format!("--rig {name} is no preset and no file"))
         .fix(format!("presets are: {}", presets.join(", "))))
-}
-
-/// The parameters that each node knows.
-struct KnownNames {
-    detection: BTreeSet<String>,
-    segmentation: BTreeSet<String>,
-    reconstruction: BTreeSet<String>,
-    pose: BTreeSet<String>,
-    lidar_odometry: BTreeSet<String>,
-    all: BTreeSet<String>,
-}
-
-fn known_names() -> Result<KnownNames, ParameterError> {
-    fn names<P>() -> Result<BTreeSet<String>, ParameterError>
-    where
-        P: serde::Serialize + serde::de::DeserializeOwned + Default,
-    {
-        Ok(parameters::describe::<P>()?.into_iter().map(|(name, _)| name).collect())
-    }
-    let mut known = KnownNames {
-        detection: names::<DetectionParameters>()?,
-        segmentation: names::<SegmentationParameters>()?,
-        reconstruction: names::<ReconstructionParameters>()?,
-        pose: names::<PoseParameters>()?,
-        lidar_odometry: names::<LidarOdometryParameters>()?,
-        all: BTreeSet::new(),
-    };
-    known.all = [
-        &known.detection,
-        &known.segmentation,
-        &known.reconstruction,
-        &known.pose,
-        &known.lidar_odometry,
-    ]
-    .into_iter()
-    .flatten()
-    .cloned()
-    .collect();
-    Ok(known)
-}
-
-/// The arguments for one node, without parameters that are given for no node in particular and that only other nodes have.
-fn for_one(
-    arguments: &RosArguments,
-    own: &BTreeSet<String>,
-    all: &BTreeSet<String>,
-) -> RosArguments {
-    let mut arguments = arguments.clone();
-    arguments.parameters.retain(|source| match source {
-        ParameterSource::Assignment { node: None, name, .. } => {
-            own.contains(name) || !all.contains(name)
-        }
-        _ => true,
-    });
-    arguments
 }
 
 /// All nodes of the suite, with their parameters.
@@ -237,55 +184,41 @@ enum Odometry {
 impl Nodes {
     fn start(
         arguments: &RosArguments,
-        pose: Option<PoseNode>,
+        parameters: SuiteParameters,
         (view, foxglove): (Option<LiveView>, Option<FoxgloveServer>),
     ) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?;
-        let known = known_names()?;
-        let node = |stage: Stage, own: &BTreeSet<String>| {
+        let node = |stage: Stage| {
             let _named = span(stage).entered();
-            host.node(stage.name(), &for_one(arguments, own, &known.all))
+            host.node(stage.name(), arguments)
         };
-        let detection = node(Stage::Detection, &known.detection)?;
-        let segmentation = node(Stage::Segmentation, &known.segmentation)?;
-        let reconstruction = node(Stage::Reconstruction, &known.reconstruction)?;
-        let odometry = |pose: PoseNode| -> Result<Odometry, ShellError> {
+        let [detection, segmentation, reconstruction] =
+            [node(Stage::Detection)?, node(Stage::Segmentation)?, node(Stage::Reconstruction)?];
+        let odometry = |parameters: OdometryParameters| -> Result<Odometry, ShellError> {
+            let pose = parameters.node();
             let _named = pose.span().entered();
-            let own = match pose {
-                PoseNode::Visual => &known.pose,
-                PoseNode::Lidar => &known.lidar_odometry,
-            };
-            let node = host.node(pose.name(), &for_one(arguments, own, &known.all))?;
-            Ok(match pose {
-                PoseNode::Visual => {
-                    let (node, parameters) = with_parameters(node)?;
-                    Odometry::Visual(node, Box::new(parameters))
-                }
-                PoseNode::Lidar => {
-                    let (node, parameters) = with_parameters(node)?;
-                    Odometry::Lidar(node, Box::new(parameters))
-                }
+            let node = host.node(pose.name(), arguments)?;
+            Ok(match parameters {
+                OdometryParameters::Visual(parameters) => Odometry::Visual(node, parameters),
+                OdometryParameters::Lidar(parameters) => Odometry::Lidar(node, parameters),
             })
         };
-        // They have no parameters of their own.
-        let viewer =
-            |name: &str| host.node(name, &for_one(arguments, &BTreeSet::new(), &known.all));
         let view = view.map(|view| {
             let _named = tracing::error_span!("live_view").entered();
-            Ok::<_, ShellError>((viewer(live_view::shell::NODE)?, view))
+            Ok::<_, ShellError>((host.node(live_view::shell::NODE, arguments)?, view))
         });
         let foxglove = foxglove.map(|server| {
             let _named = tracing::error_span!("foxglove").entered();
-            Ok::<_, ShellError>((viewer(live_view::shell::FOXGLOVE_NODE)?, server))
+            Ok::<_, ShellError>((host.node(live_view::shell::FOXGLOVE_NODE, arguments)?, server))
         });
         Ok(Self {
             view: view.transpose()?,
             foxglove: foxglove.transpose()?,
-            odometry: pose.map(odometry).transpose()?,
+            odometry: parameters.odometry.map(odometry).transpose()?,
             shutdown: host.shutdown_signal(),
-            detection: with_parameters(detection)?,
-            segmentation: with_parameters(segmentation)?,
-            reconstruction: with_parameters(reconstruction)?,
+            detection: (detection, parameters.detection),
+            segmentation: (segmentation, parameters.segmentation),
+            reconstruction: (reconstruction, parameters.reconstruction),
         })
     }
 
@@ -389,14 +322,6 @@ fn outcome(ended: Ended) -> Result<(), Failure> {
         Ok((name, Err(error))) => Err(Failure::new(format!("{name}: {error}"))),
         Err(error) => Err(Failure::new(format!("a node failed: {error}"))),
     }
-}
-
-fn with_parameters<P>(node: Node) -> Result<(Node, P), ShellError>
-where
-    P: Parameters + serde::Serialize + serde::de::DeserializeOwned + Default,
-{
-    let parameters = node.parameters()?;
-    Ok((node, parameters))
 }
 
 /// The span that gives a node's logs its name. At the level error it passes every filter.

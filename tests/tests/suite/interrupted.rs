@@ -9,6 +9,7 @@ use geometry::Stamp;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::bags::{bag_of, pose, scan, small_room, wall};
+use crate::domain::FreeDomain;
 use crate::program::summary;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
@@ -181,4 +182,26 @@ fn experiments_leave_those_that_are_done_or_nothing() {
         ["experiments", "--only", "5", "10", "--seeds", "2", "--out", out.to_str().unwrap()];
     let said = interrupt(start(&arguments), || out.is_dir());
     assert!(said.contains("nothing is written") && !out.exists(), "{said}");
+}
+
+#[test]
+fn listening_for_topics_ends_and_nothing_is_started() {
+    let (folder, domain) = (tempfile::tempdir().unwrap(), FreeDomain::new());
+    let child = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
+        .args(["up", "--detect", "--yes"])
+        .env("ROS_DOMAIN_ID", domain.number().to_string())
+        .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        .env("ROS_LOG_DIR", folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let is_listening = || {
+        let logs = std::fs::read_dir(folder.path()).unwrap();
+        let mut texts = logs.map(|log| std::fs::read_to_string(log.unwrap().path()).unwrap());
+        texts.any(|text| text.contains("node /stillmap_doctor on domain"))
+    };
+    let said = interrupt(child, is_listening);
+    assert!(said.contains("nothing was started") && !said.contains("laser"), "{said}");
 }

@@ -215,7 +215,7 @@ async fn the_topics_of_a_live_graph_are_found_and_the_suite_starts_with_them() {
 }
 
 #[test]
-fn mistakes_end_it_at_once_and_are_named() {
+fn mistakes_are_named_before_a_node_starts() {
     for (arguments, named) in [
         (
             vec!["up", "--pose", "lidar", "--ros-args", "-p", "lidar_odometry:every_ray:=0"],
@@ -232,10 +232,23 @@ fn mistakes_end_it_at_once_and_are_named() {
             vec!["up", "--map-edge", "0.03", "--ros-args", "-p", "method:=rec_hv"],
             "--map-edge is of the method free_space",
         ),
+        (vec!["up", "--map-edge", "-1"], "map_edge_m must be 0.001 to 10, not -1"),
+        (
+            vec!["up", "--detect", "--yes", "--map-edge", "0"],
+            "map_edge_m must be 0.001 to 10, not 0",
+        ),
+        (
+            vec!["up", "--ros-args", "-p", "reconstruction:map_file:=/nowhere/map.ply"],
+            "the folder of /nowhere/map.ply does not exist",
+        ),
+        (vec!["up", "--ros-args", "-p", "use_sim_time:=maybe"], "use_sim_time"),
+        (vec!["node", "detection", "--ros-args", "-p", "aperture_rad:=99.0"], "at most 2 pi"),
     ] {
         let output = stillmap(&arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
         assert!(stderr.contains(named), "{arguments:?}: {stderr}");
+        // A node that joins the network says so.
+        assert!(!stderr.contains("on domain"), "{arguments:?}: {stderr}");
     }
 }

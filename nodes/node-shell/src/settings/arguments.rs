@@ -8,8 +8,10 @@ use std::path::PathBuf;
 
 pub use error::ArgumentError;
 
+use crate::process::failure::NodeFailure;
 use crate::process::log::{LogDirective, LogLevel, LogOutputs};
 use crate::settings::names::{NameError, NodeIdentity, RemapKind, RemapRule};
+use crate::settings::parameters::{self, NodeParameters};
 
 /// Where values of parameters come from, in the order of the command line; later ones win.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -118,6 +120,18 @@ impl RosArguments {
         };
         let name = pick(&self.node_names, default_name, default_name);
         NodeIdentity::new(&pick(&self.namespaces, &name, "/"), &name)
+    }
+
+    /// The parameters of the node that the program calls `default_name`: the defaults of `P`, with the values of parameter files and
+    /// of the command line applied to them, checked. No node is needed for it: what is wrong is to be said before one starts.
+    ///
+    /// # Errors
+    /// When the name breaks the rules for names, a file or a value cannot be used, or a parameter does not hold.
+    pub fn parameters_of<P: NodeParameters>(&self, default_name: &str) -> Result<P, NodeFailure> {
+        let identity = self.identity(default_name)?;
+        let parameters: P = parameters::of_node(&identity, &self.parameters)?;
+        parameters.validate_node()?;
+        Ok(parameters)
     }
 
     /// Says in the log what was accepted and changes nothing.

@@ -19,7 +19,7 @@ mod tests;
 mod text;
 mod tree;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use geometry::parameter::{Declaration, Parameters, all_parameters};
 use serde::Serialize;
@@ -30,6 +30,7 @@ use crate::settings::arguments::ParameterSource;
 use crate::settings::names::NodeIdentity;
 pub use declared::{DeclaredParameter, declared};
 pub use error::{ParameterError, ValueOrigin};
+use file::OfFile;
 pub use node_parameters::{NoParameters, NodeParameters};
 pub(crate) use overlay::Overlay;
 pub(crate) use text::help;
@@ -112,7 +113,7 @@ where
 /// # Errors
 /// When the file cannot be read as a parameter file.
 pub fn is_for(node_name: &str, file: &Path) -> Result<bool, ParameterError> {
-    Ok(!file::parameters_of(file, node_name)?.is_empty())
+    Ok(!file::parameters_of(file, node_name)?.parameters.is_empty())
 }
 
 /// Every parameter with its default, in YAML, for a help text.
@@ -140,7 +141,7 @@ where
 {
     let mut overlay = Overlay::<P>::new()?;
     let mut ignored = Vec::new();
-    for_each_value(full_name, short_name, sources, |mut given| {
+    let unused = for_each_value(full_name, short_name, sources, |mut given| {
         if let Some(name) = name_now(P::DECLARATIONS, &given.key) {
             tracing::warn!("parameter {} {}: it is called {name} now", given.key, given.origin);
             given.key = name;
@@ -157,6 +158,12 @@ where
         ignored.push(given.key);
         Ok(())
     })?;
+    for UnusedFile { path, is_for } in unused {
+        tracing::warn!(
+            "the parameter file {} has nothing for {full_name}; it is for {is_for}",
+            path.display()
+        );
+    }
     if !ignored.is_empty() {
         tracing::info!(
             "{full_name} has no parameters {}; ignored, since they are in sections for several nodes",
@@ -199,15 +206,22 @@ struct Given {
     is_for_it_alone: bool,
 }
 
-/// Hands over the values of all sources for the node, in their order.
+/// A file that has nothing for the node.
+struct UnusedFile {
+    path: PathBuf,
+    is_for: String,
+}
+
+/// Hands over the values of all sources for the node, in their order. Returns the files that have none.
 fn for_each_value(
     full_name: &str,
     short_name: &str,
     sources: &[ParameterSource],
     mut take: impl FnMut(Given) -> Result<(), ParameterError>,
-) -> Result<(), ParameterError> {
+) -> Result<Vec<UnusedFile>, ParameterError> {
+    let mut unused = Vec::new();
     for source in sources {
-        let (path, parameters) = match source {
+        let (path, OfFile { parameters, is_for_others }) = match source {
             ParameterSource::File(path) => (path.as_path(), file::parameters_of(path, full_name)?),
             ParameterSource::Text { name, yaml } => {
                 (Path::new(name), file::parameters_in(yaml, Path::new(name), full_name)?)
@@ -226,6 +240,10 @@ fn for_each_value(
                 continue;
             }
         };
+        // A preset that the program has in itself is not the user's.
+        if let (ParameterSource::File(path), Some(is_for)) = (source, is_for_others) {
+            unused.push(UnusedFile { path: path.clone(), is_for });
+        }
         for parameter in parameters {
             take(Given {
                 key: parameter.key,
@@ -235,7 +253,7 @@ fn for_each_value(
             })?;
         }
     }
-    Ok(())
+    Ok(unused)
 }
 
 fn truth(given: &Given) -> Result<bool, ParameterError> {

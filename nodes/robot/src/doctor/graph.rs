@@ -34,6 +34,8 @@ use received::ReceivedTopic;
 pub(crate) struct GraphView {
     /// How long the doctor listened.
     listened_s: f64,
+    /// Whether a signal ended it before its time.
+    pub(crate) is_interrupted: bool,
     /// All publishers and subscriptions, by topic.
     endpoints: Vec<DiscoveredEndpoint>,
     /// The names that the suite's inputs have in this namespace.

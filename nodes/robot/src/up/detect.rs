@@ -12,16 +12,21 @@ use crate::failure::Failure;
 /// some messages. Where something is missing, once more and longer: drivers that have just been started need some seconds.
 const LISTENING_S: [u64; 2] = [5, 15];
 
-/// Listens to the graph, and prints what it has and the command for that. `own` are the arguments for the program itself.
+/// Listens to the graph, and prints what it has and the command for that; `None` where a signal ends it. `own` are the arguments for the
+/// program itself.
 ///
 /// # Errors
 /// When an input is missing or not clear, or nothing can be heard.
-pub(super) fn detect(ros: &RosArguments, own: &[String]) -> Result<Proposal, Failure> {
+pub(super) fn detect(ros: &RosArguments, own: &[String]) -> Result<Option<Proposal>, Failure> {
     let transport = Transport::from_environment()
         .map_err(|error| Failure::new(format!("no node can start: {error}")))?;
     let mut heard = Err(Failure::new("nothing was heard"));
     for span in LISTENING_S.map(Duration::from_secs) {
         let (graph, _) = listen(transport.clone(), ros, Listening { span, measure: true })?;
+        // Who ends it while it listens does not want to hear what is missing, and no suite.
+        if graph.is_interrupted {
+            return Ok(None);
+        }
         heard = Proposal::of(&graph);
         if heard.is_ok() {
             break;
@@ -40,7 +45,7 @@ pub(super) fn detect(ros: &RosArguments, own: &[String]) -> Result<Proposal, Fai
     }
     let command = proposal.command(own, ros).map_err(|error| Failure::new(error.to_string()))?;
     console::print(command)?;
-    Ok(proposal)
+    Ok(Some(proposal))
 }
 
 /// The arguments of the user with those of a proposal behind them: where both name a topic or a parameter, the user's holds.

@@ -21,12 +21,17 @@ pub(super) struct FileParameter {
     pub(super) names_the_node: bool,
 }
 
-/// The parameters in the file for the node `full_name`. Those of sections with wildcards come first, so that a node's own
-/// section wins.
-pub(super) fn parameters_of(
-    path: &Path,
-    full_name: &str,
-) -> Result<Vec<FileParameter>, ParameterError> {
+/// What a file has for a node.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct OfFile {
+    /// Its parameters. Those of sections with wildcards come first, so that a node's own section wins.
+    pub(super) parameters: Vec<FileParameter>,
+    /// For whom the file is, where it has sections and none for the node.
+    pub(super) is_for_others: Option<String>,
+}
+
+/// What the file has for the node `full_name`.
+pub(super) fn parameters_of(path: &Path, full_name: &str) -> Result<OfFile, ParameterError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| ParameterError::Unreadable { path: path.to_owned(), source })?;
     parameters_in(&text, path, full_name)
@@ -37,7 +42,7 @@ pub(super) fn parameters_in(
     text: &str,
     path: &Path,
     full_name: &str,
-) -> Result<Vec<FileParameter>, ParameterError> {
+) -> Result<OfFile, ParameterError> {
     let document: Located =
         serde_saphyr::from_str(text).map_err(|error| ParameterError::NotYaml {
             path: path.to_owned(),
@@ -51,7 +56,7 @@ pub(super) fn parameters_in(
     };
     let nodes = match &document.node {
         Node::Group(nodes) => nodes,
-        Node::Leaf(Value::Null) => return Ok(Vec::new()),
+        Node::Leaf(Value::Null) => return Ok(OfFile::default()),
         Node::Leaf(_) => {
             let at = "the document".to_owned();
             return Err(malformed(Malformed { at, line: 1, problem: "is no mapping" }));
@@ -62,14 +67,10 @@ pub(super) fn parameters_in(
 
     let (mut mine, others): (Vec<_>, Vec<_>) =
         sections.into_iter().partition(|(pattern, _)| matches(pattern, full_name));
-    if mine.is_empty() && !others.is_empty() {
+    let is_for_others = (mine.is_empty() && !others.is_empty()).then(|| {
         let names: Vec<_> = others.iter().map(|(pattern, _)| pattern.as_str()).collect();
-        tracing::warn!(
-            "the parameter file {} has nothing for {full_name}; it is for {}",
-            path.display(),
-            names.join(", ")
-        );
-    }
+        names.join(", ")
+    });
     mine.sort_by_key(|(pattern, _)| !pattern.contains('*'));
 
     let mut parameters = Vec::new();
@@ -77,7 +78,7 @@ pub(super) fn parameters_in(
         let names_the_node = pattern.rsplit('/').next().is_some_and(|last| !last.contains('*'));
         flatten(section, "", names_the_node, &mut parameters);
     }
-    Ok(parameters)
+    Ok(OfFile { parameters, is_for_others })
 }
 
 /// Where a file breaks the form.

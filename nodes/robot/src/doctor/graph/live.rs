@@ -38,6 +38,7 @@ pub(crate) async fn listen(
     let seen = observe(&node, listening).await;
     let view = seen.map(|seen| GraphView {
         listened_s: seen.listened_s,
+        is_interrupted: seen.is_interrupted,
         endpoints: seen.endpoints,
         suite,
         cameras: received::cameras(&seen.received),
@@ -53,6 +54,7 @@ pub(crate) async fn listen(
 
 struct Seen {
     listened_s: f64,
+    is_interrupted: bool,
     endpoints: Vec<DiscoveredEndpoint>,
     received: BTreeMap<String, ReceivedTopic>,
     transforms: TransformFacts,
@@ -80,6 +82,7 @@ async fn observe(node: &Node, listening: Listening) -> Result<Seen, ShellError> 
     let dropped = KernelDrops::read().zip(drops_before).map(|(now, before)| now.since(&before));
     Ok(Seen {
         listened_s: start.elapsed().as_secs_f64(),
+        is_interrupted: shutdown.is_triggered(),
         endpoints: node.survey(),
         reports: listener.reports.values().cloned().collect(),
         transforms: listener.transforms.clone(),

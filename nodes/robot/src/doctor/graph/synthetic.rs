@@ -55,6 +55,7 @@ pub(super) fn view(endpoints: Vec<DiscoveredEndpoint>) -> GraphView {
     let arguments = RosArguments::parse(Vec::<String>::new()).unwrap();
     GraphView {
         listened_s: 3.0,
+        is_interrupted: false,
         endpoints,
         suite: SuiteTopics::resolve(&arguments).unwrap(),
         cameras: BTreeMap::new(),
