@@ -68,6 +68,7 @@ impl Proposal {
             .iter()
             .filter(|one| one.role == Role::Publisher && is_alive(view, one))
             .filter(|one| is_tf(&one.topic) || view.suite.is_beside(&one.topic))
+            .filter(|one| one.topic != TF || may_place_the_robot(view))
             .map(|one| (one.topic.as_str(), one.type_name.as_str()))
             .collect();
         let offer = Offer::of_graph(published);
@@ -76,7 +77,6 @@ impl Proposal {
         topics.pose = Some(BY_TF.to_owned());
         let sensors = Inputs::choose_from(&topics, &offer, PoseInput::Tf);
         let placed = sensors.as_ref().ok().and_then(|sensors| placed(view, sensors));
-        // What tf says of a robot without a localisation is no pose.
         if !has_pose(&offer)
             && let Ok(sensors) = &sensors
             && let Some(odometry) = odometry(view, &offer, sensors)
@@ -266,6 +266,13 @@ fn odometry<'a>(view: &GraphView, offer: &Offer<'a>, sensors: &Inputs) -> Option
     }
     let colours = VisualTopics::choose(&Default::default(), image, camera_info, offer).ok()?;
     colours.has_usual_name().then_some(Odometry::Visual)
+}
+
+/// Whether tf could have the robot's pose: what a description of the robot publishes there of its wheels is none. What nobody heard
+/// counts.
+fn may_place_the_robot(view: &GraphView) -> bool {
+    let tree = view.transforms.tree();
+    tree.is_empty() || tf_frames::in_tree(tree, true, &DetectionParameters::default()).is_ok()
 }
 
 /// Whether a publisher could be a sensor's, or a localisation's: poses that do not come, or once in a while, are goals or first

@@ -176,6 +176,21 @@ fn where_nothing_publishes_a_pose_an_odometry_computes_it() {
     assert!(refused(&graph).contains("has no pose"), "{}", refused(&graph));
 }
 
+/// A description with wheels that turn publishes `/tf`, too.
+#[test]
+fn wheels_on_tf_are_no_pose_of_the_robot() {
+    let mut graph = robot();
+    graph.endpoints.retain(|one| one.topic != "/odom");
+    graph.endpoints.push(publisher("/tf", "tf2_msgs/msg/TFMessage", "/description"));
+    assert!(command(&graph).contains("pose_source:=tf"), "nobody listened");
+    is_placed(&mut graph, "base_link", "wheel_left");
+    assert!(command(&graph).starts_with("stillmap up --pose visual"), "{}", command(&graph));
+    graph.endpoints.retain(|one| !one.topic.contains("color"));
+    assert!(refused(&graph).contains("has no pose"), "{}", refused(&graph));
+    is_placed(&mut graph, "odom", "base_link");
+    assert!(command(&graph).contains("pose_source:=tf"), "{}", command(&graph));
+}
+
 /// RViz publishes the goals that its user sets.
 #[test]
 fn a_goal_is_no_pose_of_the_robot() {
