@@ -9,7 +9,6 @@ mod graph;
 mod machine;
 mod sizes;
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -23,6 +22,7 @@ use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::open_bag::open_bag;
 use crate::run::inputs::TopicArgs;
+use crate::run::terminal::is_coloured;
 use checks::Check;
 use finding::{Finding, Severity, Tally};
 use graph::{GraphView, TopicListing};
@@ -106,7 +106,7 @@ fn print_report(report: &Report, json: bool) -> Result<(), Failure> {
             .map_err(|error| Failure::new(format!("cannot print the findings: {error}")))?;
         return console::print(json);
     }
-    let in_colour = std::io::stdout().is_terminal();
+    let in_colour = is_coloured();
     for line in report.topics.iter().flat_map(TopicListing::lines) {
         console::print(line)?;
     }

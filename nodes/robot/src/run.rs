@@ -15,7 +15,7 @@ pub mod parameters;
 pub mod pipeline;
 pub(crate) mod pose_topics;
 mod recorder;
-mod terminal;
+pub(crate) mod terminal;
 pub(crate) mod tf_frames;
 mod trajectory;
 pub mod view_topics;

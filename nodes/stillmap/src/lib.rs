@@ -4,6 +4,7 @@
 mod manual;
 
 use std::ffi::OsString;
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -59,10 +60,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     let command_line = match parse(arguments) {
         Ok(command_line) => command_line,
         Err(error) => {
-            // Help and version come this way too, and are no errors.
-            let printed = error.print();
+            // Help and version come this way too, and are no errors; nor is a closed pipe, as after `head`.
+            let is_printed =
+                error.print().map_or_else(|error| error.kind() == ErrorKind::BrokenPipe, |()| true);
             let code = u8::try_from(error.exit_code()).unwrap_or(1);
-            return if printed.is_ok() { ExitCode::from(code) } else { ExitCode::FAILURE };
+            return if is_printed { ExitCode::from(code) } else { ExitCode::FAILURE };
         }
     };
     let result = match command_line.command {

@@ -5,6 +5,11 @@ use std::io::IsTerminal;
 
 use report::TerminalColours;
 
+/// Whether stdout is a terminal that may have colours.
+pub(crate) fn is_coloured() -> bool {
+    is_watched() && colours() != TerminalColours::None
+}
+
 /// Whether stdout is a terminal.
 pub(super) fn is_watched() -> bool {
     std::io::stdout().is_terminal()
