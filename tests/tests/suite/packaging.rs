@@ -280,6 +280,8 @@ fn the_service_starts_what_there_is() {
         is_topic(word.split(":=").next().unwrap(), "the service");
     }
     assert!(service.contains("\nKillMode=mixed\n"));
+    // Without this call the nodes have no filter on their sockets.
+    assert!(service.contains("\nSystemCallFilter=@system-service pidfd_getfd\n"));
 }
 
 #[test]
