@@ -5,11 +5,11 @@ use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use bag_player::Bag;
+use free_domain::FreeDomain;
 use geometry::Stamp;
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::bags::{bag_of, pose, scan, small_room, wall};
-use crate::domain::FreeDomain;
 use crate::program::summary;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.

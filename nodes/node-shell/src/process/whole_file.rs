@@ -59,8 +59,9 @@ pub fn output_file(parameter: &str, path: &str) -> Result<Option<PathBuf>, NodeF
     if !folder_of(&path).is_dir() {
         return Err(format!("parameter {parameter}: the folder of {shown} does not exist").into());
     }
-    check_folder_of(&path)
-        .map_err(|error| format!("parameter {parameter}: no file can be made beside {shown}: {error}"))?;
+    check_folder_of(&path).map_err(|error| {
+        format!("parameter {parameter}: no file can be made beside {shown}: {error}")
+    })?;
     Ok(Some(path))
 }
 
