@@ -1,6 +1,7 @@
 //! The core with its topics: every scan ends in a pose, or in a reason why there is none.
 
 mod reporting;
+mod time_check;
 
 use std::sync::Arc;
 
@@ -23,15 +24,14 @@ use crate::live::LiveCounts;
 use crate::loop_closing::KnownLoops;
 use crate::odometry::{Follower, FollowerError, LidarPose, Outcome, Refusal, deskewed_cloud};
 use crate::revolution::{BuiltRevolution, RevolutionAssembly};
+use time_check::{Time, TimeCheck};
 
 /// The conditions in the diagnostics.
 const TRACKING: &str = "tracking";
 const TIMES: &str = "times of points";
 const PACKETS: &str = "packets";
 const PANORAMA: &str = "panorama";
-/// A scan that is earlier by this much belongs to another time: a recording begins anew. A scan that is a little late does not.
-const BACK_IN_TIME_S: f64 = 0.5;
-/// This many late ones in a row are another time, too.
+/// This many scans in a row that are a little late are another time.
 const MOST_LATE_SCANS: u32 = 3;
 
 /// The core with its topics.
@@ -49,6 +49,7 @@ pub struct Stage {
     max_map_voxels: usize,
     next_scan: u32,
     late_scans: u32,
+    time_check: TimeCheck,
     times: Option<PointTimes>,
     /// Where the scanner was last, and when.
     last: Option<(Stamp, Isometry3<f64>)>,
@@ -83,6 +84,7 @@ impl Stage {
             max_map_voxels: parameters.max_map_voxels,
             next_scan: 0,
             late_scans: 0,
+            time_check: TimeCheck::default(),
             times: None,
             last: None,
             in_trouble: true,
@@ -197,13 +199,25 @@ impl Stage {
         mut timer: StepTimer,
     ) {
         timer.end_of("decode");
+        match self.time_check.judge(cloud.stamp, self.last.map(|(stamp, _)| stamp)) {
+            Time::Follows => {}
+            Time::Doubtful { later_s } => {
+                let reason = format!(
+                    "its stamp is {:.3} s {} that of the last scan, and no other scan's agrees",
+                    later_s.abs(),
+                    if later_s < 0.0 { "before" } else { "after" }
+                );
+                self.note_trouble(&format!("degraded: a scan is left out: {reason}"));
+                return self.drop_scan(cloud.stamp, "doubtful stamp", &reason);
+            }
+            Time::BeginsAnew { later_s } => self.begin_anew(later_s),
+        }
         let hint = self.hints.between(self.follower.interval(cloud));
         let mut stepped = self.follower.step(cloud, &hint);
         if let Err(FollowerError::Scan(Refusal::NotLater { since_s })) = stepped {
             self.late_scans += 1;
-            if since_s < -BACK_IN_TIME_S || self.late_scans >= MOST_LATE_SCANS {
-                tracing::warn!("time has gone back by {:.3} s: everything begins anew", -since_s);
-                self.forget();
+            if self.late_scans >= MOST_LATE_SCANS {
+                self.begin_anew(since_s);
                 stepped = self.follower.step(cloud, &hint);
             }
         }
@@ -224,6 +238,11 @@ impl Stage {
         timer.end_of("loops");
         self.report(cloud, &pose, &timer);
         self.last = Some((pose.stamp, pose.odom_from_lidar));
+    }
+
+    fn begin_anew(&mut self, later_s: f64) {
+        tracing::warn!("time has gone back by {:.3} s: everything begins anew", -later_s);
+        self.forget();
     }
 
     /// Drops all state, and begins anew.

@@ -191,8 +191,27 @@ fn a_recording_that_begins_anew_begins_at_the_origin() {
         assert!(scene.take(cloud).reason().contains("scans must come one after another"));
     }
     scene.is_right(26, 20);
-    for index in 0..3 {
+    let cloud = scene.cloud(0);
+    assert!(scene.take(cloud).reason().contains("no other scan's agrees"));
+    for index in 1..4 {
+        scene.is_right(index, 1);
+    }
+}
+
+/// Regression: one wrong stamp dropped the pose, the local map and the loops.
+#[test]
+fn a_scan_with_a_wrong_stamp_is_left_out_and_the_pose_goes_on() {
+    let mut scene = Scene::new(&LidarOdometryParameters::default());
+    for index in 0..4 {
         scene.is_right(index, 0);
+    }
+    for (index, wrong_s, side) in [(4, 3600.0, "after"), (6, -4.0, "before")] {
+        let mut cloud = scene.cloud(index);
+        let wrong = stamp(index).plus_seconds(wrong_s);
+        cloud.header.stamp = convert::time_from_stamp(wrong);
+        let outcome = scene.take(cloud);
+        assert!(outcome.reason().contains(side), "{outcome:?}");
+        scene.is_right(index + 1, 0);
     }
 }
 

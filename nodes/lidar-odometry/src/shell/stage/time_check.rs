@@ -1,0 +1,93 @@
+//! Whether a scan's stamp follows the last one's, or belongs to another time.
+//!
+//! A recording that begins anew and a clock that is set change the stamps of all later scans; a single wrong stamp (a
+//! clock that is set while a scan is taken, a zero) changes no other. Two scans decide.
+
+use geometry::Stamp;
+
+/// A scan that is earlier by this much belongs to another time. A scan that is a little late does not.
+const BACK_IN_TIME_S: f64 = 0.5;
+/// So does one that is later by this much: a hundred scans are not lost together, and after a longer pause one scan more is not
+/// missed.
+const AHEAD_IN_TIME_S: f64 = 10.0;
+
+/// Judges the stamps of scans.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TimeCheck {
+    /// The stamp of the scan before, if it was of another time.
+    doubtful: Option<Stamp>,
+}
+
+/// What a stamp says.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Time {
+    /// The scan follows the last one.
+    Follows,
+    /// It is this much later, or earlier, than the last one, and no scan before agrees.
+    Doubtful { later_s: f64 },
+    /// It is this much later than the last one, below 0: time has gone back.
+    BeginsAnew { later_s: f64 },
+}
+
+impl TimeCheck {
+    /// Judges the stamp of a scan by that of the last one with a pose.
+    pub(super) fn judge(&mut self, stamp: Stamp, last: Option<Stamp>) -> Time {
+        let before = self.doubtful.take();
+        let Some(later_s) = last.map(|last| stamp.seconds_since(last)) else {
+            return Time::Follows;
+        };
+        if (-BACK_IN_TIME_S..=AHEAD_IN_TIME_S).contains(&later_s) {
+            return Time::Follows;
+        }
+        // The one before is of the same time if it is nearer than the last one is.
+        let agrees = before.is_some_and(|before| {
+            let since_s = stamp.seconds_since(before);
+            since_s > 0.0 && since_s < later_s.abs()
+        });
+        if !agrees {
+            self.doubtful = Some(stamp);
+            Time::Doubtful { later_s }
+        } else if later_s < 0.0 {
+            Time::BeginsAnew { later_s }
+        } else {
+            Time::Follows
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said of scans at these times, in seconds, each judged by the last one that was taken.
+    fn said(times_s: &[f64]) -> String {
+        let (mut check, mut last) = (TimeCheck::default(), None);
+        let said = times_s.iter().map(|time_s| {
+            let stamp = Stamp::from_nanos(2_000_000_000_000).plus_seconds(*time_s);
+            let time = check.judge(stamp, last);
+            if !matches!(time, Time::Doubtful { .. }) {
+                last = Some(stamp);
+            }
+            match time {
+                Time::Follows => 'f',
+                Time::Doubtful { .. } => 'd',
+                Time::BeginsAnew { .. } => 'a',
+            }
+        });
+        said.collect()
+    }
+
+    #[test]
+    fn one_wrong_stamp_is_left_out_and_two_that_agree_are_another_time() {
+        assert_eq!(said(&[0.0, 0.1, 0.2, 0.1]), "ffff");
+        assert_eq!(said(&[0.0, 0.1, 3600.0, 0.2, 0.3]), "ffdff");
+        assert_eq!(said(&[0.0, 0.1, -1700.0, 0.2, 0.3]), "ffdff");
+        // Zeros are no time that goes on.
+        assert_eq!(said(&[0.0, -1700.0, -1700.0, -1700.0, 0.1]), "fdddf");
+        // Anew, and a pause.
+        assert_eq!(said(&[100.0, 100.1, 0.0, 0.1, 0.2]), "ffdaf");
+        assert_eq!(said(&[0.0, 0.1, 60.0, 60.1, 60.2]), "ffdff");
+        // A scan at each stop: every other one is needed to be sure.
+        assert_eq!(said(&[0.0, 20.0, 40.0, 60.0, 80.0]), "fdfdf");
+    }
+}
