@@ -14,6 +14,7 @@ use crate::bag::Bag;
 mod clock;
 mod compress;
 mod keys;
+mod latched;
 mod offers;
 mod options;
 #[cfg(test)]

@@ -10,6 +10,7 @@ use crate::info::TopicInfo;
 use crate::message::{BagMessage, full_type_name};
 use crate::qos::{Durability, OfferedQos, Reliability};
 use crate::shell::compress::Compression;
+use crate::shell::latched::Latched;
 use crate::shell::options::PlayOptions;
 use crate::shell::summary::TopicSummary;
 
@@ -39,6 +40,8 @@ const KEEP_ALL_DEPTH: u64 = 1000;
 struct Offer {
     publisher: RawPublisher,
     type_name: String,
+    /// The number of messages that a subscriber has that comes later; 0 unless the topic is latched.
+    latched: usize,
     summary: TopicSummary,
 }
 
@@ -76,9 +79,16 @@ impl Offers {
             }
             let publisher = node.raw_publisher_of(&name, (&type_name, definition), &qos)?;
             let summary = TopicSummary::new(&topic.topic, publisher.topic(), &type_name);
-            offers.insert(topic.topic.clone(), Offer { publisher, type_name, summary });
+            let latched = if qos.is_transient_local() { last_latched(topic, &qos) } else { 0 };
+            offers.insert(topic.topic.clone(), Offer { publisher, type_name, latched, summary });
         }
         Ok(Self(offers))
+    }
+
+    /// The topics whose messages of before the played part are published, too.
+    pub(super) fn latched(&self) -> Latched {
+        let latched = self.0.iter().filter(|(_, offer)| offer.latched > 0);
+        Latched::new(latched.map(|(topic, offer)| (topic.clone(), offer.latched)).collect())
     }
 
     /// Publishes a message. `None` if its topic is not played with this type.
@@ -144,6 +154,16 @@ fn qos_of(topic: &TopicInfo) -> Qos {
         latched,
         usize::try_from(depth).unwrap_or(usize::MAX),
     )
+}
+
+/// How many of the last messages of a latched topic are what a later subscriber has. The transforms of all messages
+/// hold, those of each broadcaster in one of its own.
+fn last_latched(topic: &TopicInfo, offered: &Qos) -> usize {
+    if last_part(&topic.topic) == FIXED_TRANSFORMS {
+        return offered.depth();
+    }
+    let recorded = topic.qos.and_then(|qos| qos.depth).map_or(1, |depth| depth.max(1));
+    offered.depth().min(usize::try_from(recorded).unwrap_or(usize::MAX))
 }
 
 fn default_qos(topic: &str, type_name: &str) -> OfferedQos {

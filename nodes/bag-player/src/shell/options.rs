@@ -25,7 +25,7 @@ pub struct PlayOptions {
     /// Start again at the end, until stopped
     #[arg(long = "loop")]
     pub looping: bool,
-    /// Leave out the first seconds of the bag
+    /// Leave out the first seconds of the bag, but for the last messages of latched topics
     #[arg(long = "start", value_name = "SECONDS", allow_negative_numbers = true)]
     pub start_s: Option<f64>,
     /// Play this many seconds of the bag

@@ -118,6 +118,35 @@ async fn every_message_arrives_in_order_at_its_time_and_under_its_new_name() {
     listener.close().await;
 }
 
+/// Regression: with `--start` a latched message of before was never published, in no pass.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_is_latched_from_before_the_start_is_published_in_each_pass() {
+    let (_folder, path) = bag();
+    let (_domain, player, listener) = nodes();
+    let shutdown = player.shutdown_signal();
+    let names = listener.subscription::<Text>("/map_name", &Qos::latched()).unwrap();
+    let options = PlayOptions {
+        start_s: Some(f64::from(SCANS / 2) * SCAN_PERIOD_S),
+        looping: true,
+        rate: 8.0,
+        wait_for: vec!["/map_name".into()],
+        wait_timeout_s: PATIENCE.as_secs_f64(),
+        ..PlayOptions::new(path.clone())
+    };
+    let three_passes = tokio::spawn(async move {
+        receive(&names, 3).await;
+        shutdown.trigger();
+    });
+    let summary = tokio::time::timeout(PATIENCE, play(options, &player)).await.unwrap().unwrap();
+    three_passes.await.unwrap();
+    let of = |topic: &str| summary.topics.iter().find(|one| one.topic == topic).unwrap();
+    let passes = summary.passes;
+    assert!(passes > 2 && of("/map_name").published + of("/map_name").failed >= passes - 1);
+    assert!(of("/scan").published <= passes * u64::from(SCANS / 2), "{summary:?}");
+    player.close().await;
+    listener.close().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_loop_goes_on_until_it_is_interrupted() {
     let (_folder, path) = bag();

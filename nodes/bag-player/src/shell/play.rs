@@ -171,7 +171,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
     }
     player.wait_for_reports(patience).await?;
     let started = Instant::now();
-    let Played { ending, passes, reader } =
+    let Played { ending, passes, earlier, reader } =
         player.run(&bag, &options, &compression, messages).await?;
     let duration_s = started.elapsed().as_secs_f64();
     if ending == Ending::Finished {
@@ -188,7 +188,7 @@ pub async fn play(options: PlayOptions, node: &Node) -> Result<PlaySummary, Play
         skipped: reader.skipped,
         out_of_order: reader.out_of_order,
     };
-    if summary.published() + summary.failed() == 0 && ending == Ending::Finished {
+    if summary.published() + summary.failed() == earlier && ending == Ending::Finished {
         let everything = options.selection() == Selection::default();
         let selected = if everything {
             let others: Vec<&str> = info.other_encodings().into_iter().collect();

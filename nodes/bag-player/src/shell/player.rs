@@ -45,12 +45,16 @@ pub(super) struct Player {
     /// The origin of the schedule's time.
     origin: Instant,
     failures_reported: u64,
+    /// Messages of before the played part that were published.
+    earlier: u64,
 }
 
 /// The result of playback.
 pub(super) struct Played {
     pub(super) ending: Ending,
     pub(super) passes: u64,
+    /// Published messages that are latched from before the played part.
+    pub(super) earlier: u64,
     /// The reader's result of the last completed pass.
     pub(super) reader: PassEnd,
 }
@@ -80,6 +84,7 @@ impl Player {
             late_above,
             origin,
             failures_reported: 0,
+            earlier: 0,
         }
     }
 
@@ -168,7 +173,10 @@ impl Player {
         compression: &Compression,
         messages: Messages,
     ) -> Result<Played, PlayError> {
-        let mut ahead = ReadAhead::start(messages, compression).map_err(PlayError::Thread)?;
+        let latched = self.offers.latched();
+        let earlier = latched.before(bag, &options.selection())?;
+        let mut ahead =
+            ReadAhead::start(earlier, messages, compression).map_err(PlayError::Thread)?;
         let mut passes = 1;
         // Until a pass has read the whole bag, the losses that are known without reading.
         let mut reader = PassEnd { losses: bag.losses().to_vec(), ..PassEnd::default() };
@@ -188,7 +196,12 @@ impl Player {
                 clock.update(time);
             }
             let stamp = next.as_ref().map(|next| next.message.log_time);
-            if ending.is_none() && self.is_held(next.as_ref(), time) {
+            if ending.is_none() && next.as_ref().is_some_and(|next| next.is_earlier) {
+                if let Some(next) = next.take() {
+                    self.publish_earlier(next)?;
+                }
+                next = ahead.next().await?;
+            } else if ending.is_none() && self.is_held(next.as_ref(), time) {
                 self.held_at = Some(now);
                 ending = self.idle(Some(LOOK_AGAIN)).await;
             } else if ending.is_none() {
@@ -210,8 +223,9 @@ impl Player {
                         passes += 1;
                         reader = ahead.take_end();
                         let messages = bag.messages(&options.selection())?;
-                        ahead =
-                            ReadAhead::start(messages, compression).map_err(PlayError::Thread)?;
+                        let earlier = latched.before(bag, &options.selection())?;
+                        ahead = ReadAhead::start(earlier, messages, compression)
+                            .map_err(PlayError::Thread)?;
                         next = ahead.next().await?;
                         None
                     }
@@ -222,7 +236,7 @@ impl Player {
                 };
             }
             if let Some(ending) = ending {
-                return Ok(Played { ending, passes, reader });
+                return Ok(Played { ending, passes, earlier: self.earlier, reader });
             }
         }
     }
@@ -266,6 +280,19 @@ impl Player {
             Some(Err(error)) => self.report(&error),
             _ => {}
         }
+    }
+
+    /// Publishes a message that is latched from before the played part: it is neither late nor held back.
+    fn publish_earlier(&mut self, Ahead { message, fault, .. }: Ahead) -> Result<(), PlayError> {
+        if let Some(fault) = fault {
+            return self.refuse(&message, &fault);
+        }
+        match self.offers.publish(&message) {
+            Some(Ok(())) => self.earlier += 1,
+            Some(Err(error)) => self.report(&error),
+            None => {}
+        }
+        Ok(())
     }
 
     /// Counts a message that could not be compressed; a topic of images of another kind is an error.

@@ -11,6 +11,7 @@ use crate::error::{BagError, Loss};
 use crate::message::BagMessage;
 use crate::messages::{Messages, Skipped};
 use crate::shell::compress::{CompressError, Compression};
+use crate::shell::latched::Earlier;
 
 /// The limit of the read-ahead, in KiB: three seconds of a depth camera, six of the largest clouds.
 const READ_AHEAD_KIB: u32 = 64 * 1024;
@@ -20,6 +21,8 @@ pub(super) struct Ahead {
     pub(super) message: BagMessage,
     /// Why the message could not be compressed.
     pub(super) fault: Option<CompressError>,
+    /// Whether it is latched from before the played part, and due at once.
+    pub(super) is_earlier: bool,
     _share: OwnedSemaphorePermit,
 }
 
@@ -45,15 +48,19 @@ pub(super) struct ReadAhead {
 }
 
 impl ReadAhead {
-    /// Starts the thread. Must be called within a tokio runtime.
-    pub(super) fn start(messages: Messages, compression: &Compression) -> io::Result<Self> {
+    /// Starts the thread; the messages come after the last ones of `earlier`. Must be called within a tokio runtime.
+    pub(super) fn start(
+        earlier: Option<Earlier>,
+        messages: Messages,
+        compression: &Compression,
+    ) -> io::Result<Self> {
         let (sender, queue) = mpsc::unbounded_channel();
         let share = Arc::new(Semaphore::new(READ_AHEAD_KIB as usize));
         let (runtime, available) = (Handle::current(), Arc::clone(&share));
         let compression = compression.clone();
-        std::thread::Builder::new()
-            .name("bag-reader".to_owned())
-            .spawn(move || read(messages, &compression, &sender, &available, &runtime))?;
+        std::thread::Builder::new().name("bag-reader".to_owned()).spawn(move || {
+            read((earlier, messages), &compression, &sender, &available, &runtime)
+        })?;
         Ok(Self { queue, share, end: PassEnd::default() })
     }
 
@@ -84,13 +91,22 @@ impl Drop for ReadAhead {
 }
 
 fn read(
-    mut messages: Messages,
+    (earlier, mut messages): (Option<Earlier>, Messages),
     compression: &Compression,
     sender: &mpsc::UnboundedSender<Item>,
     available: &Arc<Semaphore>,
     runtime: &Handle,
 ) {
-    for message in messages.by_ref() {
+    let earlier = match earlier.map(Earlier::last).transpose() {
+        Ok(earlier) => earlier.unwrap_or_default(),
+        Err(error) => {
+            // Without a receiver nobody needs the reason.
+            let _ = sender.send(Item::Failed(error));
+            return;
+        }
+    };
+    let earlier = earlier.into_iter().map(|message| (Ok(message), true));
+    for (message, is_earlier) in earlier.chain(messages.by_ref().map(|message| (message, false))) {
         let item = match message {
             Ok(mut message) => {
                 let fault = compression.apply(&mut message).err();
@@ -98,7 +114,7 @@ fn read(
                 let kib = (message.data.len() / 1024 + 1).min(READ_AHEAD_KIB as usize) as u32;
                 let share = runtime.block_on(Arc::clone(available).acquire_many_owned(kib));
                 let Ok(share) = share else { return };
-                Item::Message(Ahead { message, fault, _share: share })
+                Item::Message(Ahead { message, fault, is_earlier, _share: share })
             }
             Err(error) => Item::Failed(error),
         };
@@ -137,7 +153,7 @@ mod tests {
         }
         bag.finish().unwrap();
         let messages = Bag::open(&path).unwrap().messages(&Selection::default()).unwrap();
-        let mut ahead = ReadAhead::start(messages, &Compression::default()).unwrap();
+        let mut ahead = ReadAhead::start(None, messages, &Compression::default()).unwrap();
         let kib = IMAGE_BYTES / 1024 + 1;
         let mut held = Vec::new();
         // Whoever holds a message holds its share, so that reading waits in the end.
