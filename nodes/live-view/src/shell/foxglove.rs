@@ -4,6 +4,7 @@
 //! nothing waits for it.
 
 mod channels;
+mod retained;
 mod viewers;
 
 use std::net::SocketAddr;

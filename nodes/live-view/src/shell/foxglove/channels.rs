@@ -4,7 +4,9 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use msgs::RosMessage;
 use msgs::builtin_interfaces::Time;
+use msgs::cdr::{self, CdrError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::map_msgs::OccupancyGridUpdate;
@@ -14,11 +16,11 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointClou
 use msgs::stillmap_msgs::{DynamicZones, Tracks};
 use msgs::tf2_msgs::TFMessage;
 use msgs::visualization_msgs::MarkerArray;
-use msgs::{RosMessage, cdr};
 use node_shell::{Node, NodeFailure, Qos, Throttle};
 use tokio::sync::{mpsc, watch};
 
 use super::GraphOf;
+use super::retained::{AllTransforms, LastMessage, Nothing, Retained, Retention};
 use crate::foxglove::Advertised;
 
 /// A message for a subscription of a viewer.
@@ -31,7 +33,6 @@ pub(super) struct Delivery {
 /// A topic for viewers.
 struct Channel {
     advertised: Advertised,
-    is_latched: bool,
     subscribers: Mutex<Subscribers>,
     /// How many there are.
     count: watch::Sender<usize>,
@@ -41,8 +42,8 @@ struct Channel {
 struct Subscribers {
     next_key: u64,
     all: Vec<Subscriber>,
-    /// The last message of a latched topic, for those that come later.
-    last: Option<(u64, Arc<[u8]>)>,
+    /// What those that come later get of a latched topic.
+    retained: Option<(u64, Arc<[u8]>)>,
 }
 
 struct Subscriber {
@@ -69,34 +70,34 @@ pub(super) fn of(node: &Arc<Node>, graph: GraphOf) -> (Channels, Vec<Feed>) {
     // As the live view has them: within the process a latched map comes without being sent.
     let latched = Qos::new(graph == GraphOf::OtherProcesses, true, 1);
     let (sensor, events) = (Qos::sensor(5), Qos::reliable(20));
-    topics.add::<PointCloud2>("static_map", latched, true);
-    topics.add::<PointCloud2>("static_map_updates", events, false);
-    topics.add::<PointCloud2>("static_map_removals", events, false);
-    topics.add::<MarkerArray>("mesh", events, false);
-    topics.add::<OccupancyGrid>("map", latched, true);
-    topics.add::<OccupancyGridUpdate>("map_updates", events, false);
-    topics.add::<PointCloud2>("static_cloud", sensor, false);
-    topics.add::<PointCloud2>("dynamic_cloud", sensor, false);
-    topics.add::<DynamicZones>("dynamic_zones", sensor, false);
-    topics.add::<Tracks>("tracks", sensor, false);
-    topics.add::<MarkerArray>("track_markers", events, false);
-    topics.add::<LaserScan>("scan", sensor, false);
-    topics.add::<LaserScan>("static_scan", events, false);
-    topics.add::<Image>("depth/image", sensor, false);
-    topics.add::<CompressedImage>("depth/image/compressedDepth", sensor, false);
-    topics.add::<CameraInfo>("depth/camera_info", sensor, false);
-    topics.add::<Image>("static_depth/image", sensor, false);
-    topics.add::<Image>("rgb/image", sensor, false);
-    topics.add::<CompressedImage>("rgb/image/compressed", sensor, false);
-    topics.add::<PoseStamped>("pose", sensor, false);
-    topics.add::<Odometry>("odom", sensor, false);
-    topics.add::<Path>("path", sensor, false);
-    topics.add::<Path>("map_path", latched, true);
-    topics.add::<PointCloud2>("local_map", sensor, false);
-    topics.add::<TFMessage>("/tf", Qos::sensor(100), false);
-    topics.add::<TFMessage>("/tf_static", Qos::new(true, true, 100), true);
-    topics.add::<DiagnosticArray>("/diagnostics", Qos::sensor(32), false);
-    topics.add::<Log>("/rosout", Qos::sensor(100), false);
+    topics.add::<PointCloud2, LastMessage>("static_map", latched);
+    topics.add::<PointCloud2, Nothing>("static_map_updates", events);
+    topics.add::<PointCloud2, Nothing>("static_map_removals", events);
+    topics.add::<MarkerArray, Nothing>("mesh", events);
+    topics.add::<OccupancyGrid, LastMessage>("map", latched);
+    topics.add::<OccupancyGridUpdate, Nothing>("map_updates", events);
+    topics.add::<PointCloud2, Nothing>("static_cloud", sensor);
+    topics.add::<PointCloud2, Nothing>("dynamic_cloud", sensor);
+    topics.add::<DynamicZones, Nothing>("dynamic_zones", sensor);
+    topics.add::<Tracks, Nothing>("tracks", sensor);
+    topics.add::<MarkerArray, Nothing>("track_markers", events);
+    topics.add::<LaserScan, Nothing>("scan", sensor);
+    topics.add::<LaserScan, Nothing>("static_scan", events);
+    topics.add::<Image, Nothing>("depth/image", sensor);
+    topics.add::<CompressedImage, Nothing>("depth/image/compressedDepth", sensor);
+    topics.add::<CameraInfo, Nothing>("depth/camera_info", sensor);
+    topics.add::<Image, Nothing>("static_depth/image", sensor);
+    topics.add::<Image, Nothing>("rgb/image", sensor);
+    topics.add::<CompressedImage, Nothing>("rgb/image/compressed", sensor);
+    topics.add::<PoseStamped, Nothing>("pose", sensor);
+    topics.add::<Odometry, Nothing>("odom", sensor);
+    topics.add::<Path, Nothing>("path", sensor);
+    topics.add::<Path, LastMessage>("map_path", latched);
+    topics.add::<PointCloud2, Nothing>("local_map", sensor);
+    topics.add::<TFMessage, Nothing>("/tf", Qos::sensor(100));
+    topics.add::<TFMessage, AllTransforms>("/tf_static", Qos::new(true, true, 100));
+    topics.add::<DiagnosticArray, Nothing>("/diagnostics", Qos::sensor(32));
+    topics.add::<Log, Nothing>("/rosout", Qos::sensor(100));
     (Channels(topics.channels), topics.feeds)
 }
 
@@ -108,7 +109,7 @@ struct Topics<'a> {
 
 impl Topics<'_> {
     /// A topic by the suite's name, which viewers see whatever it is remapped to: a layout fits every robot.
-    fn add<M: RosMessage>(&mut self, name: &'static str, qos: Qos, is_latched: bool) {
+    fn add<M: RosMessage, R: Retention<M>>(&mut self, name: &'static str, qos: Qos) {
         let channel = Arc::new(Channel {
             advertised: Advertised {
                 id: self.channels.len() as u32 + 1,
@@ -116,17 +117,16 @@ impl Topics<'_> {
                 type_name: M::TYPE_NAME,
                 schema: M::schema(),
             },
-            is_latched,
             subscribers: Mutex::default(),
             count: watch::Sender::new(0),
         });
         self.channels.push(Arc::clone(&channel));
-        self.feeds.push(Box::pin(follow::<M>(Arc::clone(self.node), name, qos, channel)));
+        self.feeds.push(Box::pin(follow::<M, R>(Arc::clone(self.node), name, qos, channel)));
     }
 }
 
 /// Hands the messages of a topic to its subscribers, while there are any.
-async fn follow<M: RosMessage>(
+async fn follow<M: RosMessage, R: Retention<M>>(
     node: Arc<Node>,
     name: &'static str,
     qos: Qos,
@@ -139,13 +139,16 @@ async fn follow<M: RosMessage>(
         let _ = count.wait_for(|count| *count > 0).await;
         let messages = node.subscription::<M>(name, &qos)?;
         node.counters().note_optional(messages.topic());
+        let mut retention = R::default();
         loop {
             let received = tokio::select! {
                 received = messages.next() => received,
                 _ = count.wait_for(|count| *count == 0) => break,
             };
-            match cdr::encode(&*received.message) {
-                Ok(encoded) => channel.deliver(nanos(node.clock().now()), encoded.into()),
+            match encoded(&*received.message, &mut retention) {
+                Ok((encoded, retained)) => {
+                    channel.deliver(nanos(node.clock().now()), encoded, retained);
+                }
                 Err(error) => {
                     if let Some(held_back) = bad_output.pass() {
                         tracing::warn!(
@@ -155,8 +158,22 @@ async fn follow<M: RosMessage>(
                 }
             }
         }
-        channel.subscribers().last = None;
+        channel.subscribers().retained = None;
     }
+}
+
+/// A message, and what is kept of the topic for those that come later.
+fn encoded<M: RosMessage>(
+    message: &M,
+    retention: &mut impl Retention<M>,
+) -> Result<(Arc<[u8]>, Option<Arc<[u8]>>), CdrError> {
+    let encoded: Arc<[u8]> = cdr::encode(message)?.into();
+    let retained = match retention.after(message) {
+        Retained::Nothing => None,
+        Retained::Message => Some(Arc::clone(&encoded)),
+        Retained::Merged(merged) => Some(cdr::encode(&merged)?.into()),
+    };
+    Ok((encoded, retained))
 }
 
 /// Nanoseconds since 1970; the time of a simulation may begin at 0.
@@ -170,15 +187,15 @@ impl Channel {
     }
 
     /// Gives a message to each subscriber that has room for it.
-    fn deliver(&self, at_ns: u64, encoded: Arc<[u8]>) {
+    fn deliver(&self, at_ns: u64, encoded: Arc<[u8]>, retained: Option<Arc<[u8]>>) {
         let mut subscribers = self.subscribers();
         for Subscriber { subscription, sender, .. } in &subscribers.all {
             let encoded = Arc::clone(&encoded);
             // One that is full, or has gone, gets none.
             let _ = sender.try_send(Delivery { subscription: *subscription, at_ns, encoded });
         }
-        if self.is_latched {
-            subscribers.last = Some((at_ns, encoded));
+        if let Some(retained) = retained {
+            subscribers.retained = Some((at_ns, retained));
         }
     }
 }
@@ -200,7 +217,7 @@ impl Channels {
         let mut subscribers = channel.subscribers();
         let key = subscribers.next_key;
         subscribers.next_key += 1;
-        if let Some((at_ns, encoded)) = &subscribers.last {
+        if let Some((at_ns, encoded)) = &subscribers.retained {
             let encoded = Arc::clone(encoded);
             let _ = sender.try_send(Delivery { subscription, at_ns: *at_ns, encoded });
         }
@@ -219,5 +236,54 @@ impl Drop for Subscribed {
         let count = subscribers.all.len();
         drop(subscribers);
         self.channel.count.send_replace(count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use msgs::geometry_msgs::TransformStamped;
+    use node_shell::{Host, RosArguments};
+
+    use super::*;
+
+    /// Regression: a viewer that came second had the transforms of the last broadcaster alone.
+    #[test]
+    fn a_viewer_that_comes_second_gets_the_static_transforms_of_all_broadcasters() {
+        let host = Host::in_process();
+        let arguments = RosArguments::parse([] as [String; 0]).unwrap();
+        let node = Arc::new(host.node("foxglove", &arguments).unwrap());
+        let robot = host.node("robot", &arguments).unwrap();
+        let tf_static = Qos::new(true, true, 100);
+        let broadcasters = ["laser", "imu"].map(|child| {
+            let publisher = robot.publisher::<TFMessage>("/tf_static", &tf_static).unwrap();
+            let mut transform = TransformStamped::default();
+            transform.child_frame_id = child.to_owned();
+            publisher.publish(TFMessage { transforms: vec![transform] }).unwrap();
+            publisher
+        });
+        let (channels, feeds) = of(&node, GraphOf::OtherProcesses);
+        let index = channels.0.iter().position(|one| one.advertised.topic == "/tf_static").unwrap();
+        let feed = feeds.into_iter().nth(index).unwrap();
+        let (first, mut to_first) = mpsc::channel(10);
+        let (second, mut to_second) = mpsc::channel(10);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let _first = channels.subscribe(index as u32 + 1, 1, &first).unwrap();
+            let heard = async {
+                for _ in &broadcasters {
+                    to_first.recv().await.unwrap();
+                }
+            };
+            tokio::select! {
+                () = heard => {}
+                ended = feed => ended.unwrap(),
+            }
+            let _second = channels.subscribe(index as u32 + 1, 2, &second).unwrap();
+        });
+        let delivered = to_second.try_recv().unwrap();
+        let message: TFMessage = cdr::decode(&delivered.encoded).unwrap();
+        let children: Vec<&str> =
+            message.transforms.iter().map(|one| one.child_frame_id.as_str()).collect();
+        assert_eq!(children, ["imu", "laser"]);
     }
 }
