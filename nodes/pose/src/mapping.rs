@@ -142,7 +142,8 @@ impl Mapper {
         let closed = self.close(keyframe, is_aborted);
         self.places.insert(keyframe, &frame);
         let now = self.map.keyframes().get(keyframe).map(|keyframe| *keyframe.camera_from_map());
-        let map_from_before = now.unwrap_or(came_with).inverse() * came_with;
+        let mut map_from_before = now.unwrap_or(came_with).inverse() * came_with;
+        map_from_before.rotation.renormalize();
         Ok(MappingStep { keyframe, taken_in, adjusted, culled, closed, map_from_before })
     }
 

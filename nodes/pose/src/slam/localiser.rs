@@ -288,7 +288,12 @@ impl Localiser {
         let numbers = self.keeps.take();
         let Some((step, numbers)) = step.zip(numbers) else { return };
         self.followed.keep(step.keyframe, &numbers);
-        self.map_from_odom = self.map_from_odom.map(|pose| step.map_from_before * pose);
+        self.map_from_odom = self.map_from_odom.map(|pose| {
+            let mut moved = step.map_from_before * pose;
+            // The next keyframe comes with what this one was moved by, so that its error would double with each.
+            moved.rotation.renormalize();
+            moved
+        });
         self.reference = Some(step.keyframe);
     }
 

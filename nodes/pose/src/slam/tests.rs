@@ -190,6 +190,32 @@ fn a_camera_that_stands_for_long_remembers_no_more() {
     assert!(slam.remembered() <= landmarks(&slam), "{} {}", slam.remembered(), landmarks(&slam));
 }
 
+/// Nothing that the camera sees places it in the map.
+fn never_placed() -> SlamConfig {
+    let mut config = config();
+    config.mapping.loops.least_inliers = usize::MAX;
+    config
+}
+
+/// Regression: each keyframe that was kept by odometry alone doubled the error of the length of `map_from_odom`'s
+/// quaternion, which was no rotation any more after 45 of them.
+#[test]
+fn keyframes_by_odometry_alone_leave_a_rotation() {
+    let turning = |time_s: f64| {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * (1.8 * time_s));
+        Isometry3::from_parts(Translation3::identity(), turn).inverse()
+    };
+    let (room, mut camera) = (room(), Camera::new(turning, Spoil::default(), 8));
+    let mut config = never_placed();
+    config.localiser.frames_beyond_map = 1;
+    let mut slam = Slam::inline(&config).unwrap();
+    let frames = follow(&mut slam, &mut camera, &room, 0..60);
+    let kept = frames.iter().map(|frame| frame.steps.len()).sum::<usize>();
+    let length = |frame: &SlamFrame| frame.localised.map_from_odom.unwrap().rotation.norm();
+    let off = frames.iter().map(|frame| (length(frame) - 1.0).abs()).fold(0.0, f64::max);
+    assert!(kept >= 40 && off < 1e-12, "{kept} keyframes: off by {off}");
+}
+
 #[test]
 fn bad_parameters_are_named() {
     let mut config = SlamConfig::default();
