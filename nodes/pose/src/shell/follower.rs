@@ -39,6 +39,8 @@ pub(super) struct InMap {
     pub(super) map_from_odom: Option<Isometry3<f64>>,
     /// Keyframes of the map.
     pub(super) keyframes: usize,
+    /// The number of them that the map grows to.
+    pub(super) most_keyframes: usize,
     /// By how much a loop was off that was closed at this frame, in metres.
     pub(super) closed_m: Option<f64>,
     /// A lost camera was found.
@@ -143,6 +145,7 @@ fn followed(done: SlamFrame, slam: &Slam<impl Mapping>) -> Followed {
         state: localised.state,
         map_from_odom: localised.map_from_odom,
         keyframes: slam.mapping().map().keyframes().len(),
+        most_keyframes: slam.most_keyframes(),
         closed_m: closed.next_back().map(|(_, closed)| closed.gap_m),
         is_found,
         has_changed: !steps.is_empty(),

@@ -115,6 +115,11 @@ pub(super) enum PoseParametersError {
     /// It is about a saved map, and none is named.
     #[error("parameter {0} needs map_file: the path of a map that ~/save_map has saved")]
     WithoutMapFile(&'static str),
+    /// The map is one of places that are known by their corners, and none are extracted.
+    #[error(
+        "parameter slam needs frame.use_points: the map places a camera by points, and lines do not suffice"
+    )]
+    SlamWithoutPoints,
 }
 
 impl NodeParameters for PoseParameters {
@@ -127,6 +132,9 @@ impl NodeParameters for PoseParameters {
 impl PoseParameters {
     /// That those about a map have one.
     fn check_map(&self) -> Result<(), PoseParametersError> {
+        if self.slam && !self.tracker.frame.use_points {
+            return Err(PoseParametersError::SlamWithoutPoints);
+        }
         for (name, is_asked_for, needs_file) in [
             ("localisation_only", self.localisation_only, true),
             ("load_map_on_start", self.load_map_on_start, true),

@@ -8,6 +8,8 @@ use crate::tracking::{Tracked, TrackingState};
 
 /// The condition in the diagnostics.
 const TRACKING: &str = "tracking";
+/// Of these the map's memory has a share in use.
+const KEYFRAMES: &str = "keyframes";
 /// Its text before the first image.
 const WAITING: &str = "initialising: waits for images";
 
@@ -43,9 +45,16 @@ impl ProgressReporter {
             None => state.to_owned(),
         };
         let mut is_warning = tracked.trouble.is_some() || tracked.state != TrackingState::Tracking;
-        if in_map.is_some_and(|in_map| in_map.state == MapState::Unknown) {
-            text += "; not found in the map yet";
-            is_warning = true;
+        if let Some(InMap { state, keyframes, most_keyframes, .. }) = in_map {
+            self.counters.note_fill(KEYFRAMES, *keyframes, *most_keyframes);
+            if *state == MapState::Unknown {
+                text += "; not found in the map yet";
+                is_warning = true;
+            }
+            if keyframes >= most_keyframes {
+                text += "; the map is full and grows no more";
+                is_warning = true;
+            }
         }
         self.counters.note_condition(TRACKING, &text, is_warning);
         if let Some(gap_m) = in_map.and_then(|in_map| in_map.closed_m) {

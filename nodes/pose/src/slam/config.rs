@@ -24,8 +24,8 @@ pub struct SlamConfig {
 pub struct LocaliserConfig {
     /// Between two keyframes this many frames are at least: mapping inline is idle at every frame, and would keep all.
     pub least_frames_between: u64,
-    /// After this many frames that the map does not place, one is kept by odometry alone: the camera is where the map does not
-    /// reach.
+    /// After this many frames that the map does not place, one is kept by odometry alone if the camera has moved since the last
+    /// keyframe: it is where the map does not reach.
     pub frames_beyond_map: u64,
     /// Odometry drifts by this share of its distance, in metres and in radians: standard deviation ...
     pub drift_share: f64,

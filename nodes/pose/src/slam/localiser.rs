@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 
 use super::followed::Followed;
 use super::tie::Tie;
-use super::travelled::Travelled;
+use super::travelled::{self, Travelled};
 use super::{Kept, LocaliserConfig, Predicted, Request, TrajectoryPose};
 use crate::frame::Frame;
 use crate::keyframing::{FollowedFrame, decide};
@@ -59,6 +59,8 @@ pub(super) struct Localiser {
     looks_for: Option<LookedFor>,
     /// One to keep a frame is not: these are its landmarks in the odometry.
     keeps: Option<LandmarkNumbers>,
+    /// Where odometry had the camera at the last frame that was kept.
+    kept_at: Option<ByOdometry>,
     followed: Followed,
     travelled: Travelled,
     /// The camera's pose by odometry in this frame.
@@ -86,6 +88,7 @@ impl Localiser {
             since_located: 0,
             looks_for: None,
             keeps: None,
+            kept_at: None,
             followed: Followed::default(),
             travelled: Travelled::after(map),
             by_odometry: None,
@@ -95,6 +98,10 @@ impl Localiser {
     /// Where the frame of the odometry is in the map.
     pub(super) fn map_from_odom(&self) -> Option<Isometry3<f64>> {
         self.map_from_odom
+    }
+
+    pub(super) fn most_keyframes(&self) -> usize {
+        self.config.max_keyframes
     }
 
     /// Where the camera is in the map, and what is to be asked of it.
@@ -147,10 +154,13 @@ impl Localiser {
                 let is_beyond = self.since_located >= self.config.frames_beyond_map;
                 let request = if !is_beyond {
                     None
-                } else if self.may_grow(map) {
+                } else if !self.may_grow(map) {
+                    self.look(Arc::clone(&room.frame), camera, Some(pose.camera_from_map))
+                } else if self.has_moved_since_kept() {
                     self.keep(room, camera, &guess, None)
                 } else {
-                    self.look(Arc::clone(&room.frame), camera, Some(pose.camera_from_map))
+                    // The last keyframe shows the same: the map would grow for as long as the camera stands.
+                    None
                 };
                 (localised, request)
             }
@@ -246,6 +256,12 @@ impl Localiser {
         self.keep(room, camera, camera_from_map, Some(located))
     }
 
+    /// Whether the camera has moved since the last frame that was kept, as far as odometry knows.
+    fn has_moved_since_kept(&self) -> bool {
+        let Some((kept_at, here)) = self.kept_at.zip(self.by_odometry) else { return true };
+        travelled::is_elsewhere(&kept_at, &here)
+    }
+
     fn keep(
         &mut self,
         room: &StaticFeatures,
@@ -257,6 +273,7 @@ impl Localiser {
             return None;
         }
         self.keeps = Some(room.numbers.clone());
+        self.kept_at = self.by_odometry;
         self.since_keyframe = 0;
         self.since_located = 0;
         Some(Request::Keep(Box::new(Kept {
@@ -286,7 +303,10 @@ impl Localiser {
     /// The map has taken a frame in, or refused it: what it moved by, the odometry moves by in it.
     pub(super) fn take_kept(&mut self, step: Option<&MappingStep>) {
         let numbers = self.keeps.take();
-        let Some((step, numbers)) = step.zip(numbers) else { return };
+        let Some((step, numbers)) = step.zip(numbers) else {
+            self.kept_at = None;
+            return;
+        };
         self.followed.keep(step.keyframe, &numbers);
         self.map_from_odom = self.map_from_odom.map(|pose| {
             let mut moved = step.map_from_before * pose;

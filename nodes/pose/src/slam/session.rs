@@ -102,6 +102,12 @@ impl<M: Mapping> Slam<M> {
         self.waypoints.last_stamp()
     }
 
+    /// The number of keyframes that the map grows to.
+    #[must_use]
+    pub fn most_keyframes(&self) -> usize {
+        self.localiser.most_keyframes()
+    }
+
     /// Where the camera was; see [`Slam::with_trajectory`].
     #[must_use]
     pub fn trajectory(&self) -> Option<&Trajectory> {

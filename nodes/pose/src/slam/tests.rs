@@ -216,6 +216,19 @@ fn keyframes_by_odometry_alone_leave_a_rotation() {
     assert!(kept >= 40 && off < 1e-12, "{kept} keyframes: off by {off}");
 }
 
+/// Regression: a camera that the map did not place added a keyframe every ten frames, for as long as it stood.
+#[test]
+fn a_camera_that_stands_where_the_map_does_not_place_it_keeps_no_further_frame() {
+    let room = room();
+    let mut camera = Camera::new(|_| Isometry3::identity(), Spoil::default(), 9);
+    let mut config = never_placed();
+    config.localiser.frames_beyond_map = 2;
+    let mut slam = Slam::inline(&config).unwrap();
+    let frames = follow(&mut slam, &mut camera, &room, 0..20);
+    assert!(frames.iter().all(|frame| frame.camera_from_map().is_some()));
+    assert_eq!(slam.mapping().map().keyframes().len(), 1);
+}
+
 #[test]
 fn bad_parameters_are_named() {
     let mut config = SlamConfig::default();

@@ -45,11 +45,22 @@ impl Travelled {
             travelled_m: last.travelled_m + step_m,
             turned_rad: last.turned_rad + step_rad,
         };
-        if step_m > STEP_M || step_rad > STEP_RAD {
+        if is_step(step_m, step_rad) {
             *last = here;
         }
         Some(here)
     }
+}
+
+/// Whether the camera is at another place than at an earlier frame: a step away, or on another leg, whose distance is not
+/// known.
+pub(super) fn is_elsewhere(before: &ByOdometry, now: &ByOdometry) -> bool {
+    let step = now.camera_from_odom * before.camera_from_odom.inverse();
+    before.leg != now.leg || is_step(step.translation.vector.norm(), step.rotation.angle())
+}
+
+fn is_step(step_m: f64, step_rad: f64) -> bool {
+    step_m > STEP_M || step_rad > STEP_RAD
 }
 
 #[cfg(test)]

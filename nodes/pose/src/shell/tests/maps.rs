@@ -207,6 +207,9 @@ fn to_localise_alone_without_a_map_is_refused_by_what_is_missing() {
     assert!(refused(without_file).contains("load_map_on_start needs map_file"));
     let exit = PoseParameters { save_map_on_exit: "map".to_owned(), ..PoseParameters::default() };
     assert!(refused(exit).contains("save_map_on_exit needs slam"));
+    let mut lines_alone = with_map();
+    lines_alone.tracker.frame.use_points = false;
+    assert!(refused(lines_alone).contains("slam needs frame.use_points"));
 }
 
 #[test]
