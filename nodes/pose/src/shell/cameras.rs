@@ -81,6 +81,23 @@ impl Cameras {
         Ok(())
     }
 
+    /// Why the depth images may not be registered, although they are taken as such: the driver says that another camera has
+    /// taken them. Some drivers register them and leave the name, so that this is no error.
+    pub(super) fn registration_doubt(&self, color: &Image, depth: &Image) -> Option<String> {
+        let (color, depth) = (&color.header.frame_id, &depth.header.frame_id);
+        let is_doubtful = self.source == DepthSource::Registered
+            && !color.is_empty()
+            && !depth.is_empty()
+            && color != depth;
+        is_doubtful.then(|| {
+            format!(
+                "the depth images are in {depth:?} and the colour images in {color:?}, but depth is \"registered\": unless the \
+                 driver has registered them and left the name, have it do so (align_depth of a RealSense), or set depth to \
+                 \"raw\""
+            )
+        })
+    }
+
     /// The pair as the rectified colour camera would have taken it.
     pub(super) fn rectified(
         &mut self,

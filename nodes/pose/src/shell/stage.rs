@@ -31,6 +31,9 @@ use crate::tracking::{FeatureStatus, Hints, Tracked};
 /// A viewer needs the latest picture alone.
 const PICTURES_KEPT: usize = 1;
 
+/// The condition in the diagnostics.
+const REGISTRATION: &str = "depth registration";
+
 /// The core with its topics.
 pub struct Stage {
     inputs: Inputs,
@@ -49,6 +52,8 @@ pub struct Stage {
     counters: Counters,
     next_frame: u32,
     progress: ProgressReporter,
+    /// Why the depth images may be another camera's, as it was reported.
+    registration_doubt: Option<String>,
     bad_input: Throttle,
 }
 
@@ -85,6 +90,7 @@ impl Stage {
             counters,
             next_frame: 0,
             progress,
+            registration_doubt: None,
             bad_input: Throttle::for_warnings(),
         })
     }
@@ -206,6 +212,7 @@ impl Stage {
 
     fn frame(&mut self, stamp: Stamp, color: &Image, depth: &Image) {
         let mut timer = StepTimer::start();
+        self.check_registration(color, depth);
         if !self.cameras.are_known() {
             let (inputs, is_of_depth) = (&self.inputs, self.cameras.color_is_known());
             let topic =
@@ -247,6 +254,27 @@ impl Stage {
         }
         timer.end_of("publish");
         self.report(stamp, &frame, (&tracked, in_map.as_ref()), &timer);
+    }
+
+    #[cfg(test)]
+    pub(super) fn registration_doubt(&self) -> &str {
+        self.registration_doubt.as_deref().unwrap_or_default()
+    }
+
+    /// Reports, once, that the depth images may be another camera's.
+    fn check_registration(&mut self, color: &Image, depth: &Image) {
+        let doubt = self.cameras.registration_doubt(color, depth);
+        if doubt == self.registration_doubt {
+            return;
+        }
+        match &doubt {
+            Some(doubt) => {
+                tracing::warn!("{doubt}");
+                self.counters.note_condition(REGISTRATION, doubt, true);
+            }
+            None => self.counters.note_condition(REGISTRATION, "ok", false),
+        }
+        self.registration_doubt = doubt;
     }
 
     /// Before the first pose in the corrected map, so that a subscriber that takes both in order knows the correction.

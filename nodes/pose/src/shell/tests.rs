@@ -236,6 +236,21 @@ fn images_that_are_swapped_black_or_without_depth_are_named_and_survived() {
     scene.is_right(14);
 }
 
+/// Regression: the depth images of a camera beside the colour camera were taken for registered ones, without a word.
+#[test]
+fn registered_depth_that_has_the_frame_of_another_camera_is_reported() {
+    let mut scene = Scene::new();
+    let (color, mut depth) = (scene.color(0, 0.0), scene.depth(0));
+    scene.take(color.clone(), depth.clone());
+    assert_eq!(scene.stage.registration_doubt(), "");
+    for frame_id in ["depth_optical", ""] {
+        frame_id.clone_into(&mut depth.header.frame_id);
+        scene.take(color.clone(), depth.clone());
+        let doubt = scene.stage.registration_doubt();
+        assert_eq!(doubt.contains(r#"in "depth_optical""#), !frame_id.is_empty(), "{doubt}");
+    }
+}
+
 #[test]
 fn an_image_before_any_calibration_says_what_it_waits_for() {
     let mut scene = Scene::new();
