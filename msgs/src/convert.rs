@@ -6,6 +6,7 @@
 //! encoding it is the error ([`crate::cdr::CdrFault::TooLong`]) and nothing is lost in silence.
 #![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
+mod angular_velocity;
 mod camera;
 mod cloud;
 mod colour;
@@ -33,6 +34,7 @@ mod stamp;
 mod track;
 mod zone;
 
+pub use angular_velocity::angular_velocity_from_message;
 pub use camera::{camera_from_message, message_from_camera};
 use cloud::organised_points_from_message;
 pub use cloud::{cloud_from_message, message_from_cloud, organised_cloud_from_message};

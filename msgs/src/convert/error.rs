@@ -267,6 +267,23 @@ pub enum ConvertError {
     /// The numbers describe no camera.
     #[error("CameraInfo: {0}")]
     Camera(CameraModelError),
+    /// An inertial unit has no gyroscope.
+    #[error(
+        "Imu: angular_velocity_covariance[0] is -1: the unit does not measure its angular velocity"
+    )]
+    NoAngularVelocity,
+    /// An angular velocity that is none.
+    #[error(
+        "Imu: the angular velocity ({x_rad_per_s}, {y_rad_per_s}, {z_rad_per_s}) rad/s is not finite"
+    )]
+    AngularVelocity {
+        /// About x.
+        x_rad_per_s: f64,
+        /// About y.
+        y_rad_per_s: f64,
+        /// About z.
+        z_rad_per_s: f64,
+    },
     /// A position that is no place.
     #[error("pose: the position ({x_m}, {y_m}, {z_m}) is not finite")]
     Position {

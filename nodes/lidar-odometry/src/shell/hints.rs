@@ -1,5 +1,6 @@
 //! The motion between two scans by wheels and a gyroscope.
 
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use geometry::{PoseBuffer, Stamp, pose_from_vector};
@@ -46,14 +47,13 @@ impl Hints {
     }
 
     pub(super) fn take_imu(&mut self, message: &Imu) -> Result<(), NodeFailure> {
-        let rate = &message.angular_velocity;
-        let rate = self.lidar_from_imu * Vector3::new(rate.x, rate.y, rate.z);
-        if !rate.iter().all(|value| value.is_finite()) {
-            return Err("the angular velocity is no number".into());
-        }
+        let rate = self.lidar_from_imu * convert::angular_velocity_from_message(message)?;
         let stamp = convert::stamp_from_time(message.header.stamp);
-        if self.rates.back().is_some_and(|(last, _)| *last >= stamp) {
-            self.rates.clear();
+        match self.rates.back().map(|(last, _)| stamp.cmp(last)) {
+            // A driver may send a reading twice.
+            Some(Ordering::Equal) => return Ok(()),
+            Some(Ordering::Less) => self.rates.clear(),
+            Some(Ordering::Greater) | None => {}
         }
         self.rates.push_back((stamp, rate));
         while self.rates.len() > SAMPLES_KEPT {
@@ -148,6 +148,23 @@ mod tests {
         // Time goes back.
         hints.take_imu(&imu(0.0, 1.0)).unwrap();
         assert_eq!(hints.rates.len(), 1);
+    }
+
+    /// Regression: the zeros of a unit without a gyroscope were taken for no rotation, and a reading that came twice
+    /// dropped all those before.
+    #[test]
+    fn a_unit_without_a_gyroscope_gives_no_turn_and_a_repeated_reading_changes_none() {
+        let mut hints = Hints::new(&LidarOdometryParameters::default());
+        let mut blind = imu(0.0, 0.0);
+        blind.angular_velocity_covariance[0] = -1.0;
+        let refused = hints.take_imu(&blind).unwrap_err().to_string();
+        assert!(refused.contains("does not measure its angular velocity"), "{refused}");
+        assert_eq!(hints.by_gyroscope(at(0.0), at(0.1)), None);
+        for sample in 0..40 {
+            hints.take_imu(&imu(0.01 * f64::from(sample / 2), 0.5)).unwrap();
+        }
+        let turn = hints.by_gyroscope(at(0.0), at(0.1)).unwrap().scaled_axis();
+        assert!((turn.z - 0.05).abs() < 1e-9 && hints.rates.len() == 20, "{turn}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Further inputs at the time of an image: tracked objects, a gyroscope, wheels.
 
+use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 use geometry::{CycleTracks, PoseBuffer, Stamp, Track, pose_from_vector};
@@ -7,7 +8,7 @@ use msgs::convert;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::Imu;
 use msgs::stillmap_msgs::Tracks;
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, UnitQuaternion};
 use node_shell::NodeFailure;
 
 use super::frames::Frames;
@@ -70,17 +71,20 @@ impl Knowledge {
         Ok(())
     }
 
-    pub(super) fn take_imu(&mut self, message: &Imu) {
-        let rate = &message.angular_velocity;
-        let rate = self.camera_from_imu * Vector3::new(rate.x, rate.y, rate.z);
+    pub(super) fn take_imu(&mut self, message: &Imu) -> Result<(), NodeFailure> {
+        let rate = self.camera_from_imu * convert::angular_velocity_from_message(message)?;
         let stamp = convert::stamp_from_time(message.header.stamp);
-        if self.samples.back().is_some_and(|last| last.stamp >= stamp) {
-            self.samples.clear();
+        match self.samples.back().map(|last| stamp.cmp(&last.stamp)) {
+            // A driver may send a reading twice.
+            Some(Ordering::Equal) => return Ok(()),
+            Some(Ordering::Less) => self.samples.clear(),
+            Some(Ordering::Greater) | None => {}
         }
         self.samples.push_back(GyroSample { stamp, rate_rad_per_s: rate });
         while self.samples.len() > SAMPLES_KEPT {
             self.samples.pop_front();
         }
+        Ok(())
     }
 
     pub(super) fn take_wheels(&mut self, message: &Odometry) -> Result<(), NodeFailure> {
@@ -119,5 +123,39 @@ impl Knowledge {
             odom_from_base_now: self.wheels.at(to).ok()?.map_from_rig,
             camera_from_base: self.camera_from_rig,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(seconds: f64) -> Stamp {
+        Stamp::from_nanos(1_000_000_000).plus_seconds(seconds)
+    }
+
+    fn imu(seconds: f64, yaw_rate: f64) -> Imu {
+        let mut message = Imu::default();
+        message.header.stamp = convert::time_from_stamp(at(seconds));
+        message.angular_velocity.z = yaw_rate;
+        message
+    }
+
+    /// Regression: the zeros of a unit without a gyroscope were taken for no rotation, and a reading that came twice
+    /// dropped all those before.
+    #[test]
+    fn a_unit_without_a_gyroscope_gives_no_turn_and_a_repeated_reading_changes_none() {
+        let mut knowledge = Knowledge::new(&PoseParameters::default());
+        let config = MotionConfig::default();
+        let mut blind = imu(0.0, 0.0);
+        blind.angular_velocity_covariance[0] = -1.0;
+        let refused = knowledge.take_imu(&blind).unwrap_err().to_string();
+        assert!(refused.contains("does not measure its angular velocity"), "{refused}");
+        for sample in 0..40 {
+            knowledge.take_imu(&imu(0.01 * f64::from(sample / 2), 0.5)).unwrap();
+        }
+        assert_eq!(knowledge.samples.len(), 20);
+        let turn = knowledge.turn(at(0.05), at(0.15), &config).unwrap();
+        assert!((turn.begin_from_end.angle() - 0.05).abs() < 1e-9, "{turn:?}");
     }
 }

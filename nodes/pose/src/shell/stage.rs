@@ -165,8 +165,7 @@ impl Stage {
                 .take_tracks(&message, self.output.frames())
                 .map_err(|error| (self.inputs.tracks_topic().to_owned(), error)),
             Arrival::Imu(message) => {
-                self.knowledge.take_imu(&message);
-                Ok(())
+                self.knowledge.take_imu(&message).map_err(|error| ("imu".to_owned(), error))
             }
             Arrival::Wheels(message) => {
                 self.knowledge.take_wheels(&message).map_err(|error| ("wheels".to_owned(), error))

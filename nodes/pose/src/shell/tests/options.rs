@@ -139,7 +139,7 @@ fn a_gyroscope_gives_the_cameras_rotation() {
     };
     let mut knowledge = hints::Knowledge::new(&parameters);
     for imu in turning_left(0, 3, 0.6) {
-        knowledge.take_imu(&imu);
+        knowledge.take_imu(&imu).unwrap();
     }
     let motion = &parameters.tracker.motion;
     let turn = knowledge.turn(stamp(1), stamp(2), motion).unwrap();

@@ -1,5 +1,6 @@
 //! The content of readings of an inertial unit.
 
+use msgs::convert::{ConvertError, angular_velocity_from_message};
 use msgs::geometry_msgs::Vector3;
 use msgs::sensor_msgs::Imu;
 
@@ -29,7 +30,8 @@ impl ImuFacts {
         self.acceleration.add(length(&imu.linear_acceleration));
         self.turn_rate.add(length(&imu.angular_velocity));
         self.lacks_acceleration |= imu.linear_acceleration_covariance.first() == Some(&-1.0);
-        self.lacks_turn_rate |= imu.angular_velocity_covariance.first() == Some(&-1.0);
+        self.lacks_turn_rate |=
+            angular_velocity_from_message(imu) == Err(ConvertError::NoAngularVelocity);
     }
 
     pub(super) fn findings(&self, subject: &Subject<'_>) -> Vec<Finding> {
