@@ -256,8 +256,8 @@ mod tests {
         let tf_static = Qos::new(true, true, 100);
         let broadcasters = ["laser", "imu"].map(|child| {
             let publisher = robot.publisher::<TFMessage>("/tf_static", &tf_static).unwrap();
-            let mut transform = TransformStamped::default();
-            transform.child_frame_id = child.to_owned();
+            let child_frame_id = child.to_owned();
+            let transform = TransformStamped { child_frame_id, ..TransformStamped::default() };
             publisher.publish(TFMessage { transforms: vec![transform] }).unwrap();
             publisher
         });
