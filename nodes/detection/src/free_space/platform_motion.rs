@@ -103,7 +103,15 @@ struct Previous {
     stamp: Stamp,
     map_from_rig: Isometry3<f64>,
     map_frame_id: String,
-    twist: Twist,
+    motion: Motion,
+}
+
+impl Previous {
+    fn is_at(&self, stamp: Stamp, map_from_rig: &Isometry3<f64>, map_frame_id: &str) -> bool {
+        self.stamp == stamp
+            && self.map_from_rig == *map_from_rig
+            && self.map_frame_id == map_frame_id
+    }
 }
 
 impl PlatformMotion {
@@ -126,7 +134,8 @@ impl PlatformMotion {
         self.places.clear();
     }
 
-    /// Adds the pose of the next cycle.
+    /// Adds the pose of the next cycle. One with the stamp of the last cycle's is of the same image, for the next scan: it is the
+    /// same pose, and the motion is what it was.
     ///
     /// The noise of the poses cannot be larger than their steps: a pose that does not change is exact
     /// from cycle to cycle, so the noise of a moving platform does not affect a static one.
@@ -146,6 +155,9 @@ impl PlatformMotion {
             pose_noise_rad: 0.0,
         };
         if let Some(previous) = &self.previous {
+            if previous.is_at(stamp, map_from_rig, map_frame_id) {
+                return Motion { jumped: false, jump: None, ..previous.motion };
+            }
             let passed_s = stamp.seconds_since(previous.stamp);
             // The product of a pose with its own inverse is not the identity to the bit.
             let step = if previous.map_from_rig == *map_from_rig {
@@ -175,10 +187,11 @@ impl PlatformMotion {
                         linear_m_per_s: step.translation.vector / passed_s,
                         angular_rad_per_s: step.rotation.scaled_axis() / passed_s,
                     };
+                    let before = &previous.motion.twist;
                     motion.twist_change = Twist {
-                        linear_m_per_s: motion.twist.linear_m_per_s - previous.twist.linear_m_per_s,
+                        linear_m_per_s: motion.twist.linear_m_per_s - before.linear_m_per_s,
                         angular_rad_per_s: motion.twist.angular_rad_per_s
-                            - previous.twist.angular_rad_per_s,
+                            - before.angular_rad_per_s,
                     };
                 }
             }
@@ -201,7 +214,7 @@ impl PlatformMotion {
             stamp,
             map_from_rig: *map_from_rig,
             map_frame_id: map_frame_id.to_owned(),
-            twist: motion.twist,
+            motion,
         });
         motion
     }
@@ -239,6 +252,25 @@ mod tests {
         let forward = poses[0] * reported.twist.after(0.1);
         assert!((forward.translation.vector - poses[1].translation.vector).norm() < 1e-9);
         assert_eq!(reported.pose_noise_m, 0.01);
+    }
+
+    /// Regression: of two scans of one image the second had no velocity, and the next image's differed from that by the whole of
+    /// it: on a turning platform no scan was deskewed, and the error of each was as large as its motion.
+    #[test]
+    fn scans_that_share_an_image_have_its_motion() {
+        let mut motion = PlatformMotion::new(&FreeSpaceConfig::default());
+        let mut reported = Vec::new();
+        for image in 0..4 {
+            let yaw_rad = 0.1 * f64::from(image);
+            let pose = pose_from_vector(&[0.0, 0.0, 0.0, yaw_rad, 0.0, 0.0]);
+            let of_image = [(); 3].map(|()| motion.advance(at(image), &pose, "map"));
+            assert!(of_image.iter().all(|of_scan| *of_scan == of_image[0]), "{of_image:?}");
+            reported.push(of_image[0]);
+        }
+        for later in &reported[2..] {
+            assert!((later.twist.angular_rad_per_s.z - 1.0).abs() < 1e-9, "{later:?}");
+            assert!(later.twist_change.angular_rad_per_s.norm() < 1e-9, "{later:?}");
+        }
     }
 
     #[test]

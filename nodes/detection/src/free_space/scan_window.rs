@@ -73,8 +73,8 @@ impl ScanWindow {
 /// The ranges that the beams of `present` would have had at the time of `earlier`; `None` where `earlier` has no return, or
 /// where the present return was hidden from it.
 pub(super) fn warp(earlier: &DeskewedScan, present: &DeskewedScan) -> Vec<Option<f32>> {
-    if earlier.map_from_rig == present.map_from_rig && earlier.beams.len() == present.beams.len() {
-        // From the same pose the beams are the same, and the ranges are not recomputed.
+    if has_the_beams_of(earlier, present) {
+        // The ranges are not recomputed.
         return earlier.beams.iter().map(|beam| beam.hit.map(|hit| hit.range_m)).collect();
     }
     let mut ranges_m: Vec<Option<f32>> = vec![None; present.beams.len()];
@@ -104,6 +104,16 @@ pub(super) fn warp(earlier: &DeskewedScan, present: &DeskewedScan) -> Vec<Option
         }
     }
     ranges_m
+}
+
+/// Whether both scans have the same beams: they are of the same pose, and were measured at the same time before or after it, or on a
+/// static platform.
+fn has_the_beams_of(earlier: &DeskewedScan, present: &DeskewedScan) -> bool {
+    let first =
+        |scan: &DeskewedScan| scan.beams.first().map(|beam| (beam.origin_m, beam.direction));
+    earlier.map_from_rig == present.map_from_rig
+        && earlier.beams.len() == present.beams.len()
+        && first(earlier) == first(present)
 }
 
 /// Whether the place of `hit` was not occupied in the scan before: a beam of it passed the place, or had no return
