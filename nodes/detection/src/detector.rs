@@ -127,6 +127,12 @@ impl Detector {
         self.cloud_camera = CloudCamera::default();
     }
 
+    /// The mounts that the cycles have: the configuration's, until others were given.
+    #[must_use]
+    pub fn mounts(&self) -> &RigMounts {
+        &self.setup.mounts
+    }
+
     /// Takes other mounts than the configuration's. What was seen is forgotten; the cycles count on. Projectors that were made
     /// before have the camera's former mount.
     ///

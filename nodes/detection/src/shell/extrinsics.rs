@@ -25,7 +25,7 @@ const MAX_CYCLE_GAP_S: f64 = 1.0;
 /// Checks periodically whether the scan lies on the surfaces that the camera sees.
 pub(super) struct ExtrinsicsCheck {
     monitor: DriftMonitor,
-    mounts: RigMounts,
+    pub(super) mounts: RigMounts,
     period_s: f64,
     /// The stamp of the last checked scan.
     looked: Option<Stamp>,
@@ -36,12 +36,13 @@ pub(super) struct ExtrinsicsCheck {
 }
 
 impl ExtrinsicsCheck {
-    /// The check of the parameters; none if it is turned off.
+    /// The check of the parameters, of the mounts that detection uses; none if it is turned off.
     ///
     /// # Errors
     /// When a parameter is out of its range.
     pub(super) fn new(
         parameters: &DetectionParameters,
+        mounts: &RigMounts,
         counters: Counters,
     ) -> Result<Option<Self>, ParameterError> {
         let (period_s, limit_m) =
@@ -63,7 +64,7 @@ impl ExtrinsicsCheck {
         let drift = DriftConfig { limit_m, ..DriftConfig::default() };
         Ok(Some(Self {
             monitor: DriftMonitor::new(drift, CalibrationConfig::default()),
-            mounts: parameters.config.pipeline.rig.mounts(),
+            mounts: *mounts,
             period_s,
             looked: None,
             before: None,

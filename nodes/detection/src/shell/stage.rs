@@ -1,6 +1,8 @@
 //! The core with its topics: every message that arrives ends in a cycle, a drop that is reported, or a
 //! warning.
 
+#[cfg(test)]
+mod tests;
 mod waiting;
 
 use std::sync::Arc;
@@ -66,6 +68,7 @@ impl Stage {
         let config = &parameters.config;
         let detector = Detector::new(config.clone())?;
         Ok(Self {
+            extrinsics: ExtrinsicsCheck::new(parameters, detector.mounts(), node.counters())?,
             camera: Camera::new(parameters, &detector, node.counters())?,
             camera_refused: None,
             detector,
@@ -73,7 +76,6 @@ impl Stage {
                 PoseInput::Tf => Matcher::without_poses(config),
                 _ => Matcher::new(config),
             },
-            extrinsics: ExtrinsicsCheck::new(parameters, node.counters())?,
             colours: Colours::new(parameters, node.takes_every_cycle(), node.counters()),
             transforms: Transforms::new(node, parameters)?,
             unlocated: TransformWait::new(config.max_wait_s, config.max_waiting_clouds),
@@ -94,7 +96,8 @@ impl Stage {
     /// # Errors
     /// When a parameter is out of its range.
     pub(super) fn change(&mut self, parameters: &DetectionParameters) -> Result<(), NodeFailure> {
-        self.extrinsics = ExtrinsicsCheck::new(parameters, self.counters.clone())?;
+        self.extrinsics =
+            ExtrinsicsCheck::new(parameters, self.detector.mounts(), self.counters.clone())?;
         Ok(())
     }
 

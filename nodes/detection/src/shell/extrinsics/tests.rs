@@ -47,7 +47,8 @@ fn scan(stamp: Stamp, away_m: f64) -> Scan {
 
 fn check(parameters: &DetectionParameters) -> (ExtrinsicsCheck, Counters) {
     let counters = Counters::default();
-    let check = ExtrinsicsCheck::new(parameters, counters.clone()).unwrap().unwrap();
+    let check =
+        ExtrinsicsCheck::new(parameters, &RigMounts::default(), counters.clone()).unwrap().unwrap();
     (check, counters)
 }
 
@@ -100,8 +101,9 @@ fn no_cycle_is_checked_while_the_platform_moves() {
 
 #[test]
 fn the_check_can_be_turned_off_and_bad_values_are_named() {
-    let new =
-        |parameters: DetectionParameters| ExtrinsicsCheck::new(&parameters, Counters::default());
+    let new = |parameters: DetectionParameters| {
+        ExtrinsicsCheck::new(&parameters, &RigMounts::default(), Counters::default())
+    };
     let usual = DetectionParameters::default;
     assert!(
         new(DetectionParameters { extrinsics_check_period_s: 0.0, ..usual() }).unwrap().is_none()
