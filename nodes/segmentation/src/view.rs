@@ -1,4 +1,4 @@
-//! How far the camera sees to the sides and up, in slopes: how far to the left, or up, a ray goes for each metre forward in the rig.
+//! How far the camera sees to the sides and up, in slopes: how far to the left, or up, a ray goes for each metre forward.
 
 use nalgebra::Point3;
 

@@ -176,10 +176,10 @@ pub(super) fn is_hidden(cycle: &CycleView<'_>, place_in_map: &Point3<f64>) -> bo
     let ray_m = points.ray_to_m(place_in_map);
     let Some(direction) = slopes_of(&ray_m) else { return false };
     let (nearer_m, width) = (ray_m.x - HIDING_M, cycle.cell_m / ray_m.x);
-    let camera_x_m = points.cycle.setup.mounts.camera_in_rig_m().x;
-    points.slopes.iter().zip(&points.cycle.reduced_cloud.points_m).any(|(slopes, in_rig_m)| {
+    points.slopes.iter().enumerate().any(|(point, slopes)| {
         slopes.is_some_and(|slopes| {
-            (slopes - direction).amax() <= width && f64::from(in_rig_m.x) - camera_x_m < nearer_m
+            (slopes - direction).amax() <= width
+                && points.forward_m(point).is_some_and(|forward_m| forward_m < nearer_m)
         })
     })
 }
