@@ -7,7 +7,7 @@ use crate::Stamp;
 /// The pixels of a depth image, row by row, in one of the two encodings of REP-118.
 #[derive(Clone, PartialEq, Debug)]
 pub enum DepthPixels {
-    /// `16UC1`: millimetres, 0 where nothing was measured.
+    /// `16UC1`: millimetres, 0 where nothing was measured. [`DepthImage::new`] makes 0 of 65535, which some drivers send there.
     Millimetres(Vec<u16>),
     /// `32FC1`: metres, not finite (or not positive) where nothing was measured.
     Metres(Vec<f32>),
@@ -49,6 +49,11 @@ impl DepthPixels {
     }
 }
 
+/// The largest value of `16UC1`: one that is saturated, or means that nothing was measured, and no depth.
+const SATURATED_MM: u16 = u16::MAX;
+/// The largest depth of `16UC1`.
+pub(crate) const FARTHEST_MM: u16 = SATURATED_MM - 1;
+
 /// Divided, not multiplied by 0.001: 1500 mm are 1.5 m to the last bit.
 fn metres(depth_mm: u16) -> f32 {
     f32::from(depth_mm) / 1e3
@@ -87,9 +92,14 @@ impl DepthImage {
         stamp: Stamp,
         frame_id: String,
         (width_px, height_px): (usize, usize),
-        pixels: DepthPixels,
+        mut pixels: DepthPixels,
     ) -> Result<Self, DepthSizeError> {
         let count = pixels.len();
+        if let DepthPixels::Millimetres(depths_mm) = &mut pixels {
+            for depth_mm in depths_mm {
+                *depth_mm = if *depth_mm == SATURATED_MM { 0 } else { *depth_mm };
+            }
+        }
         if width_px.checked_mul(height_px) == Some(count) {
             Ok(Self { stamp, frame_id, width_px, height_px, pixels })
         } else {
@@ -165,11 +175,11 @@ mod tests {
 
     #[test]
     fn a_depth_that_was_not_measured_is_none_in_both_encodings() {
-        let millimetres = image(2, 2, DepthPixels::Millimetres(vec![0, 1, 1500, 65_535])).unwrap();
+        let millimetres = image(2, 2, DepthPixels::Millimetres(vec![0, 1, 1500, 65_534])).unwrap();
         assert_eq!(millimetres.depth_m(0, 0), None);
         assert_eq!(millimetres.depth_m(1, 0), Some(0.001));
         assert_eq!(millimetres.depth_m(0, 1), Some(1.5));
-        assert_eq!(millimetres.depth_m(1, 1), Some(65.535));
+        assert_eq!(millimetres.depth_m(1, 1), Some(65.534));
         let values = vec![f32::NAN, f32::INFINITY, -1.0, 0.0, 1.5, f32::NEG_INFINITY];
         let metres = image(3, 2, DepthPixels::Metres(values)).unwrap();
         let measured: Vec<_> = (0..2)
@@ -178,6 +188,14 @@ mod tests {
             .collect();
         assert_eq!(measured, [1.5]);
         assert_eq!((metres.depth_m(3, 0), metres.depth_m(0, 2)), (None, None));
+    }
+
+    /// Regression: 65535, which some drivers send where nothing was measured, was free space as far as the map reaches.
+    #[test]
+    fn the_largest_value_of_16_bits_is_not_measured() {
+        let depths = image(2, 1, DepthPixels::Millimetres(vec![65_535, 1500])).unwrap();
+        assert_eq!((depths.depth_m(0, 0), depths.depth_m(1, 0)), (None, Some(1.5)));
+        assert_eq!(depths.pixels(), &DepthPixels::Millimetres(vec![0, 1500]));
     }
 
     #[test]

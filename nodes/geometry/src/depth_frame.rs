@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Point3};
 
+use crate::depth::FARTHEST_MM;
 use crate::depth_projection::for_each_voxel;
 use crate::{
     CameraModel, CameraModelError, ColourSizeError, DepthCameraError, DepthImage, DepthPixels,
@@ -176,7 +177,7 @@ impl DepthFrame {
 fn millimetres(depth_m: f32) -> u16 {
     if depth_m.is_finite() && depth_m > 0.0 {
         // To the nearest: the cast truncates, and saturates.
-        (depth_m * 1e3 + 0.5) as u16
+        ((depth_m * 1e3 + 0.5) as u16).min(FARTHEST_MM)
     } else {
         0
     }
