@@ -79,7 +79,7 @@ impl PlaneOccupancy {
 
     /// Sets the moment that what follows is of.
     pub fn begin_cycle(&mut self, stamp: Stamp) {
-        self.now = self.ticks.at(stamp);
+        self.now = self.ticks.advance(stamp);
         self.cycle = self.cycle.wrapping_add(1);
     }
 

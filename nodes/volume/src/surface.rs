@@ -111,7 +111,7 @@ impl Surface {
     #[must_use]
     pub fn unbounded(&self) -> Self {
         let config = SurfaceConfig { max_blocks: usize::MAX, ..self.config };
-        Self { ticks: self.ticks, ..Self::of_grid(config, self.grid) }
+        Self { ticks: self.ticks.clone(), ..Self::of_grid(config, self.grid) }
     }
 
     fn of_grid(config: SurfaceConfig, grid: VoxelGrid) -> Self {
@@ -151,7 +151,7 @@ impl Surface {
         if view.is_empty() {
             return SurfaceUpdate::default();
         }
-        let now = self.ticks.at(view.stamp);
+        let now = self.ticks.advance(view.stamp);
         with_projection!(view.kind, projection => {
             self.integrate_as(view, projection, now, (executor, may_be_new))
         })

@@ -47,7 +47,7 @@ impl Surface {
     pub fn corrected(&self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) -> Self {
         // By direction it saw what it saw, wherever the map is.
         let seen_before = self.seen_before.clone();
-        let mut corrected = Self { ticks: self.ticks, seen_before, ..self.emptied() };
+        let mut corrected = Self { ticks: self.ticks.clone(), seen_before, ..self.emptied() };
         for key in self.block_keys() {
             let motion = self.motion_of(key, &now_from_before);
             corrected.join_moved(self, key, &motion, BlockBox::ALL);
