@@ -28,7 +28,7 @@ geometry::parameters! {
         // 80 MB if each voxel of them has a history of its own; of most the free ones share one. A view of 8 m has 600 of the
         // thesis' edge, an office floor of 1,000 m2 10,000.
         max_evidence_blocks: usize = 10_000, whole(100, 10_000_000);
-        /// Farther from the camera there is neither evidence nor motion.
+        /// Farther from the camera there is neither evidence nor motion: what moves there stays in the static cloud and the map.
         // A Kinect measures to some 6 m; beyond, its depth error is wider than the voxel. Depths begin at 0.3 m (`DepthRange`).
         evidence_reach_m: f64 = 8.0, between(0.5, 1000.0);
         /// What has been in its place for less than this is not background yet.
