@@ -60,6 +60,20 @@ pub enum Extrinsics {
         /// Returns on surfaces in the window.
         returns: usize,
     },
+    /// There are enough returns, but they do not determine where the scanner is.
+    Undetermined {
+        /// Returns on surfaces in the window.
+        returns: usize,
+    },
+    /// The scan may lie on the surfaces or beside them: the offset and its standard deviation exceed the limit together.
+    Uncertain {
+        /// By how much it seems to lie beside them.
+        offset_m: f64,
+        /// The standard deviation of that.
+        std_dev_m: f64,
+        /// By how much it may.
+        limit_m: f64,
+    },
     /// The scan lies on the surfaces.
     Right {
         /// By how much it seems to lie beside them.
@@ -93,7 +107,16 @@ impl fmt::Display for Extrinsics {
         match self {
             Self::Unknown { returns } => write!(
                 formatter,
-                "not known: {returns} returns on surfaces that the camera sees are too few"
+                "not known: too few cycles, or too few returns on surfaces that the camera sees ({returns})"
+            ),
+            Self::Undetermined { returns } => write!(
+                formatter,
+                "not known: the {returns} returns on surfaces that the camera sees do not determine it"
+            ),
+            Self::Uncertain { offset_m, std_dev_m, limit_m } => write!(
+                formatter,
+                "not known: the scan lies {offset_m:.3} m (+- {std_dev_m:.3}) beside the surfaces that the camera sees, which is not \
+                 certainly within the limit of {limit_m} m"
             ),
             Self::Right { offset_m, std_dev_m, limit_m } => write!(
                 formatter,
@@ -165,10 +188,15 @@ impl DriftMonitor {
         let is_full = self.window.len() >= self.config.window_cycles;
         let nothing_applied = Vector6::zeros();
         let fit = fit(&observations, &nothing_applied, [false; 6], &self.calibration);
-        let (true, true, Some(fit)) = (is_full, returns >= self.config.min_returns, fit) else {
+        let is_enough = is_full && returns >= self.config.min_returns;
+        let Some(fit) = fit.filter(|_| is_enough) else {
             self.beyond_in_a_row = 0;
             self.is_wrong = false;
-            return Extrinsics::Unknown { returns };
+            return if is_enough {
+                Extrinsics::Undetermined { returns }
+            } else {
+                Extrinsics::Unknown { returns }
+            };
         };
         let (offset_m, std_dev_m) = offset_of(&fit, &observations);
         let limit_m = self.config.limit_m;
@@ -182,6 +210,8 @@ impl DriftMonitor {
         self.is_wrong = stays_wrong || self.beyond_in_a_row >= self.config.windows_in_a_row;
         if self.is_wrong {
             Extrinsics::Wrong { offset_m, std_dev_m, limit_m }
+        } else if offset_m + std_dev_m > limit_m {
+            Extrinsics::Uncertain { offset_m, std_dev_m, limit_m }
         } else {
             Extrinsics::Right { offset_m, std_dev_m, limit_m }
         }

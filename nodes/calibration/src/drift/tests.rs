@@ -138,3 +138,49 @@ fn without_surfaces_nothing_is_known() {
         assert!(verdict.to_string().starts_with("not known"), "{verdict}");
     }
 }
+
+/// Regression: what was uncertain by more than the limit was ok, in a scene in which the scanner was mounted 20 cm off.
+#[test]
+fn a_window_that_is_less_certain_than_its_limit_is_not_ok() {
+    let recording = recording(Scenario::empty(SceneName::B, 15), 8.0);
+    let last_of = |limit_m: f64| {
+        let config = DriftConfig { limit_m, ..DriftConfig::default() };
+        let mut monitor = DriftMonitor::new(config, CalibrationConfig::default());
+        let looks = recording.cycles.iter().step_by(CYCLES_A_LOOK);
+        let verdicts = looks.map(|cycle| {
+            monitor.observe(&cycle.returns, &cycle.image, recording.eye.optics(), &usual_mounts())
+        });
+        verdicts.last().unwrap()
+    };
+    let Extrinsics::Right { offset_m, std_dev_m, .. } = last_of(DriftConfig::default().limit_m)
+    else {
+        panic!("the mounts are right")
+    };
+    let uncertain = last_of(offset_m + 0.5 * std_dev_m);
+    assert!(matches!(uncertain, Extrinsics::Uncertain { .. }), "{uncertain}");
+    assert!(uncertain.to_string().starts_with("not known"), "{uncertain}");
+    let right = last_of(offset_m + 1.5 * std_dev_m);
+    assert!(matches!(right, Extrinsics::Right { .. }), "{right}");
+}
+
+/// Regression: returns that determined nothing were called too few, however many they were.
+#[test]
+fn returns_that_determine_nothing_are_not_too_few() {
+    let recording = recording(Scenario::empty(SceneName::B, 15), 3.0);
+    let config = CalibrationConfig {
+        max_std_dev_m: 1e-9,
+        max_std_dev_rad: 1e-9,
+        ..CalibrationConfig::default()
+    };
+    let mut monitor = DriftMonitor::new(DriftConfig::default(), config);
+    let cycle = &recording.cycles[0];
+    let verdicts: Vec<Extrinsics> = (0..DriftConfig::default().window_cycles)
+        .map(|_| {
+            monitor.observe(&cycle.returns, &cycle.image, recording.eye.optics(), &usual_mounts())
+        })
+        .collect();
+    let last = verdicts.last().unwrap();
+    assert!(matches!(last, Extrinsics::Undetermined { returns } if *returns > 100), "{last}");
+    assert!(!last.to_string().contains("too few"), "{last}");
+    assert!(matches!(verdicts[0], Extrinsics::Unknown { .. }), "{verdicts:?}");
+}

@@ -98,7 +98,9 @@ fn judge(
 /// The offset and its standard deviation, in words.
 fn offset(verdict: &Extrinsics) -> Option<String> {
     match verdict {
-        Extrinsics::Unknown { .. } => None,
+        Extrinsics::Unknown { .. }
+        | Extrinsics::Undetermined { .. }
+        | Extrinsics::Uncertain { .. } => None,
         Extrinsics::Right { offset_m, std_dev_m, limit_m }
         | Extrinsics::Wrong { offset_m, std_dev_m, limit_m } => Some(format!(
             "{offset_m:.3} m (+- {std_dev_m:.3}, limit {limit_m:.3}) beside the surfaces that the camera sees"
