@@ -5,5 +5,6 @@ mod corrected_map;
 mod moving_beams;
 mod moving_platform;
 mod objects;
+mod rear;
 mod static_platform;
 mod world;

@@ -1,5 +1,6 @@
 //! The zones of runs of beams, and zones that are held while their object is not visible.
 
+use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
 use geometry::{DynamicZone, ReturnSpan, ZoneSource};
@@ -68,6 +69,13 @@ impl ObjectZone {
 
     /// The zone of both, if two runs of beams are one object.
     fn joined(self, other: &Self) -> Self {
+        let turn_rad = turn_towards_rad(other.zone.azimuth_min_rad, self.zone.azimuth_min_rad);
+        let other_zone = DynamicZone {
+            azimuth_min_rad: other.zone.azimuth_min_rad + turn_rad,
+            azimuth_max_rad: other.zone.azimuth_max_rad + turn_rad,
+            ..other.zone
+        };
+        let other = &Self { zone: other_zone, ..other.clone() };
         let (right, left) = if self.zone.azimuth_min_rad <= other.zone.azimuth_min_rad {
             (&self, other)
         } else {
@@ -85,7 +93,7 @@ impl ObjectZone {
             returns,
         };
         Self {
-            zone,
+            zone: from_the_rear(zone),
             right_in_map_m: right.right_in_map_m,
             left_in_map_m: left.left_in_map_m,
             error_m: right.error_m.max(left.error_m),
@@ -155,11 +163,14 @@ impl ZoneMaker {
         let error_m = returns().map(|hit| hit.error_m).fold(0.0, f64::max);
         let mut span = ReturnSpan { nearest_m: f32::INFINITY, farthest_m: 0.0 };
         let (mut right_rad, mut left_rad) = (f64::INFINITY, f64::NEG_INFINITY);
+        // All of a run is on the same side of the rear as its middle.
+        let middle_rad = azimuth_rad(&returns().nth(returns().count() / 2)?.in_rig_m);
         for hit in returns() {
             let distance_m = hit.distance_m() as f32;
             span.nearest_m = span.nearest_m.min(distance_m);
             span.farthest_m = span.farthest_m.max(distance_m);
             let azimuth_rad = azimuth_rad(&hit.in_rig_m);
+            let azimuth_rad = azimuth_rad + turn_towards_rad(azimuth_rad, middle_rad);
             right_rad = right_rad.min(azimuth_rad);
             left_rad = left_rad.max(azimuth_rad);
         }
@@ -178,7 +189,7 @@ impl ZoneMaker {
         let (right_in_map_m, left_in_map_m) =
             (scan.map_from_rig * first.in_rig_m, scan.map_from_rig * last.in_rig_m);
         Some(ObjectZone {
-            zone,
+            zone: from_the_rear(zone),
             right_in_map_m,
             left_in_map_m,
             error_m,
@@ -199,6 +210,7 @@ impl ZoneMaker {
         let rig_from_map = scan.map_from_rig.inverse();
         let ends = [old.right_in_map_m, old.left_in_map_m].map(|end| rig_from_map * end);
         let [right_rad, left_rad] = ends.map(|end| azimuth_rad(&end));
+        let left_rad = left_rad + turn_towards_rad(left_rad, right_rad);
         let distances_m = ends.map(|end| end.x.hypot(end.y) as f32);
         let span = old.zone.returns?;
         // The depth of the object moves with its ends.
@@ -224,6 +236,7 @@ impl ZoneMaker {
         if zone.azimuth_max_rad <= zone.azimuth_min_rad {
             return None;
         }
+        let zone = from_the_rear(zone);
         let mut beams = 0_usize;
         let mut seen_past = 0_usize;
         let is_past = |beam: &DeskewedBeam, class: Option<ReturnClass>| {
@@ -237,7 +250,8 @@ impl ZoneMaker {
         };
         for index in within.clone() {
             let beam = &scan.beams[index];
-            if beam.azimuth_rad < right_rad || beam.azimuth_rad > left_rad {
+            let azimuth_rad = beam.azimuth_rad + turn_towards_rad(beam.azimuth_rad, right_rad);
+            if azimuth_rad < right_rad || azimuth_rad > left_rad {
                 continue;
             }
             beams += 1;
@@ -249,9 +263,32 @@ impl ZoneMaker {
         (!is_over).then_some(ObjectZone { zone, ..old })
     }
 
+    /// An aperture of the whole circle has no bounds.
     fn within_aperture(&self, azimuth_rad: f64) -> f64 {
+        if self.half_aperture_rad >= PI {
+            return azimuth_rad;
+        }
         azimuth_rad.max(-self.half_aperture_rad).min(self.half_aperture_rad)
     }
+}
+
+/// By what a direction is turned for it to be no more than half a turn from another.
+fn turn_towards_rad(azimuth_rad: f64, other_rad: f64) -> f64 {
+    if azimuth_rad - other_rad > PI {
+        -TAU
+    } else if azimuth_rad - other_rad < -PI {
+        TAU
+    } else {
+        0.0
+    }
+}
+
+/// The zone with its right bound in `[-pi, pi]`, and no more than the whole circle.
+fn from_the_rear(zone: DynamicZone) -> DynamicZone {
+    let turn_rad = turn_towards_rad(zone.azimuth_min_rad, 0.0);
+    let azimuth_min_rad = zone.azimuth_min_rad + turn_rad;
+    let azimuth_max_rad = (zone.azimuth_max_rad + turn_rad).min(azimuth_min_rad + TAU);
+    DynamicZone { azimuth_min_rad, azimuth_max_rad, ..zone }
 }
 
 fn azimuth_rad(point_in_rig: &Point3<f64>) -> f64 {
