@@ -9,6 +9,7 @@ mod mounts;
 mod output;
 mod parameters;
 mod rendering;
+mod restarts;
 mod rig_pose;
 mod stage;
 #[cfg(test)]

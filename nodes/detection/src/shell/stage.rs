@@ -21,6 +21,7 @@ use super::extrinsics::ExtrinsicsCheck;
 use super::inputs::{Arrival, Inputs, PoseMessage, ViewMessage};
 use super::output::Output;
 use super::rendering::RenderingReport;
+use super::restarts::RestartReport;
 use super::rig_pose::{UnusablePoseMessage, pose_of_message};
 use super::transforms::{Transforms, WAITING_FOR_TRANSFORM};
 use super::{DetectionParameters, PoseInput};
@@ -52,6 +53,7 @@ pub struct Stage {
     /// Whether something has come since the first of them lacked something.
     may_go_on: bool,
     rendering: RenderingReport,
+    restarts: RestartReport,
     output: Output,
     counters: Counters,
     granted: Option<GrantedBuffer>,
@@ -82,6 +84,7 @@ impl Stage {
             backlog: node.max_waiting_cycles().map(Backlog::new),
             may_go_on: false,
             rendering: RenderingReport::new(node.counters(), Throttle::for_warnings()),
+            restarts: RestartReport::new(config, node.counters(), Throttle::for_warnings()),
             output: Output::new(node, &config.pipeline.rig.rig_frame_id)?,
             counters: node.counters(),
             granted: node.granted_buffer(),
@@ -323,6 +326,8 @@ impl Stage {
         match node_shell::caught(|| self.detect(matched, pose, &mut timer)) {
             Ok(Ok(detected)) => {
                 self.rendering.take(self.inputs.view_topic(), detected.statistics.not_pinhole);
+                let topic = self.inputs.topic(Input::Scan);
+                self.restarts.take(topic, detected.statistics.window_restarted);
                 if let Some(jump) = detected.statistics.pose_jump {
                     self.report_jump(jump);
                 }
