@@ -107,8 +107,7 @@ pub async fn serve(node: &Node, parameters: SegmentationParameters) -> Result<()
 const EVIDENCE: &str = "evidence";
 
 /// What makes a cycle take less time.
-const REMEDY: &str =
-    "raise the pipeline's voxel_edge_m, or lower evidence_reach_m, beyond which what moves stays in the map";
+const REMEDY: &str = "raise the pipeline's voxel_edge_m, or lower evidence_reach_m, beyond which what moves stays in the map";
 
 /// The core with its topics.
 pub struct Stage {
