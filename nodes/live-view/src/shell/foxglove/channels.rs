@@ -146,9 +146,7 @@ async fn follow<M: RosMessage, R: Retention<M>>(
                 _ = count.wait_for(|count| *count == 0) => break,
             };
             match encoded(&*received.message, &mut retention) {
-                Ok((encoded, retained)) => {
-                    channel.deliver(nanos(node.clock().now()), encoded, retained);
-                }
+                Ok(encoded) => channel.deliver(nanos(node.clock().now()), encoded),
                 Err(error) => {
                     if let Some(held_back) = bad_output.pass() {
                         tracing::warn!(
@@ -162,18 +160,24 @@ async fn follow<M: RosMessage, R: Retention<M>>(
     }
 }
 
-/// A message, and what is kept of the topic for those that come later.
+/// A message in CDR.
+struct Encoded {
+    message: Arc<[u8]>,
+    /// What is kept of the topic for those that come later, if that is another than before.
+    retained: Option<Arc<[u8]>>,
+}
+
 fn encoded<M: RosMessage>(
     message: &M,
     retention: &mut impl Retention<M>,
-) -> Result<(Arc<[u8]>, Option<Arc<[u8]>>), CdrError> {
+) -> Result<Encoded, CdrError> {
     let encoded: Arc<[u8]> = cdr::encode(message)?.into();
     let retained = match retention.after(message) {
         Retained::Nothing => None,
         Retained::Message => Some(Arc::clone(&encoded)),
         Retained::Merged(merged) => Some(cdr::encode(&merged)?.into()),
     };
-    Ok((encoded, retained))
+    Ok(Encoded { message: encoded, retained })
 }
 
 /// Nanoseconds since 1970; the time of a simulation may begin at 0.
@@ -187,10 +191,10 @@ impl Channel {
     }
 
     /// Gives a message to each subscriber that has room for it.
-    fn deliver(&self, at_ns: u64, encoded: Arc<[u8]>, retained: Option<Arc<[u8]>>) {
+    fn deliver(&self, at_ns: u64, Encoded { message, retained }: Encoded) {
         let mut subscribers = self.subscribers();
         for Subscriber { subscription, sender, .. } in &subscribers.all {
-            let encoded = Arc::clone(&encoded);
+            let encoded = Arc::clone(&message);
             // One that is full, or has gone, gets none.
             let _ = sender.try_send(Delivery { subscription: *subscription, at_ns, encoded });
         }
