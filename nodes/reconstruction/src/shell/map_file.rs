@@ -98,8 +98,9 @@ impl MapFile {
         &self.path
     }
 
+    /// Whether there is a file, with something in it: one that was made empty, so that a container can mount it, has no map yet.
     pub(super) fn exists(&self) -> bool {
-        self.path.exists()
+        fs::metadata(&self.path).is_ok_and(|file| file.len() > 0)
     }
 
     /// Writes the map under a temporary name first: a reader never finds half a file, and an earlier

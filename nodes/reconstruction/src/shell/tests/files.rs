@@ -19,6 +19,18 @@ fn a_file_that_cannot_be_saved_is_an_error_at_the_start() {
     assert!(MapFile::new("map_file", "map.PLY").unwrap().is_some());
 }
 
+/// A container mounts only a file that is there: the first start failed with it.
+#[test]
+fn a_file_that_was_made_empty_has_no_map_yet() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.ply");
+    std::fs::write(&path, "").unwrap();
+    let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+    assert!(!file.exists());
+    assert_eq!(save(&file, &map_of(0.08, 10)), 0);
+    assert!(file.exists());
+}
+
 fn map_of(voxel_edge_m: f64, max_voxels: usize) -> Map {
     let config = ReconstructionConfig {
         pipeline: PipelineConfig::new(Method::RecHv, voxel_edge_m),
