@@ -39,8 +39,8 @@ const RVL_SIZE_BYTES: usize = 8;
 /// does, by four times the largest depth cameras there are.
 const MOST_RVL_PIXELS: usize = 1 << 24;
 
-/// The farthest depth that 16 bits of millimetres hold.
-const FARTHEST_MM: f32 = 65_535.0;
+/// The farthest depth that 16 bits of millimetres hold: their largest value is no depth ([`DepthImage::new`]).
+const FARTHEST_MM: f32 = 65_534.0;
 
 /// How the picture of a depth image is coded. Neither codec loses anything of it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
