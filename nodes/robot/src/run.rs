@@ -64,7 +64,7 @@ use crate::visual::write_trajectory;
 
 With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets. The other topics of
 the bag are not used. A capture of a Velodyne (pcap, pcapng) and a folder of KITTI's need no --pose. A sequence of the TUM benchmark is
-imported first, to a temporary bag.")]
+imported to a temporary bag first, with scans that are cut out of its depth images.")]
 pub struct RunArgs {
     /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content), a rosbag2 folder, a folder of the TUM benchmark, or a LiDAR's recording: a
     /// capture, or a folder of scans
@@ -184,7 +184,9 @@ fn run_sequence(
         .tempdir()
         .map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))?;
     let bag = folder.path().join(format!("{}.mcap", bag_name(&args.bag)));
-    console::note("a sequence of the TUM benchmark: it is imported to a temporary bag first");
+    console::note(
+        "a sequence of the TUM benchmark: it is imported to a temporary bag first, with scans that are cut out of its depth images",
+    );
     tum::import_to(&bag, &args.bag, interrupt)?;
     if interrupt.has_come() {
         console::note("interrupted before the first cycle: nothing is written");

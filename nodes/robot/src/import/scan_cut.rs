@@ -50,9 +50,9 @@ impl ScanCut {
         Self { parameters, cutter: None }
     }
 
-    /// One that makes no scan.
-    pub(crate) fn none() -> Self {
-        Self { parameters: None, cutter: None }
+    /// One that makes scans as the arguments have them where nothing else is said.
+    pub(crate) fn usual() -> Self {
+        Self { parameters: Some(ScanFromDepth::default()), cutter: None }
     }
 
     /// The scan of an image.

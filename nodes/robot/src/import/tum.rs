@@ -21,6 +21,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::rig::rig_from_camera;
+use crate::ros_words::quoted;
 use crate::sensor_bag::{DEPTH_FRAME, MAP_FRAME, SensorBag};
 pub use sequence::{Calibration, UNITS_PER_METRE, pose_of, read_list};
 
@@ -58,17 +59,17 @@ pub(crate) fn is_sequence(folder: &Path) -> bool {
     has(DEPTH_LIST) && (has(COLOUR_LIST) || has(TRUTH))
 }
 
-/// Makes a bag of a sequence that has its own calibration.
+/// Makes a bag of a sequence whose camera is known, with scans that are cut out of its depth images.
 pub(crate) fn import_to(bag: &Path, folder: &Path, interrupt: &Interrupt) -> Result<(), Failure> {
     let calibration = Calibration::of(folder, None).map_err(|failure| {
         failure.fix(format!(
-            "`stillmap import tum {} --intrinsics FX,FY,CX,CY -o BAG` makes a bag of it, or keep the folder's name as published (freiburg1, 2 \
+            "`stillmap import tum {} --intrinsics FX,FY,CX,CY --scan-from-depth -o BAG` makes a bag of it, or keep the folder's name as published (freiburg1, 2 \
              or 3 in it)",
-            folder.display()
+            quoted(&folder.display().to_string())
         ))
     })?;
     let create = || BagOutput::new(bag.to_owned()).create();
-    write(folder, calibration, ScanCut::none(), create, interrupt).map(drop)
+    write(folder, calibration, ScanCut::usual(), create, interrupt).map(drop)
 }
 
 fn write(
