@@ -30,6 +30,8 @@ fn is_printed(page: &str, file: &str) {
 fn the_cores_find_what_moves_without_ros() {
     is_printed("cores.md", "cores.rs");
     cores::main().unwrap();
+    // It is written where the program runs.
+    std::fs::remove_file("map.ply").unwrap();
 }
 
 #[test]
