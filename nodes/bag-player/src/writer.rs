@@ -19,7 +19,8 @@ use crate::qos::OfferedQos;
 /// Size of a chunk's content: small enough that a seek decompresses little, large enough to compress well.
 const CHUNK_BYTES: u64 = 1 << 20;
 
-/// A chunk has the messages of at most this time, of the log: what is in an open chunk is lost with a process that is killed.
+/// A chunk has the messages of at most this time, of the log: what is in an open chunk is lost with a
+/// process that is killed. It is closed by the first message that is later, so that the last one of a slow topic may be in it for longer.
 const CHUNK_S: f64 = 2.0;
 
 /// The fastest level of zstd: recording must keep up with the sensors.

@@ -39,7 +39,7 @@ Examples:
   stillmap record -o replayed.mcap --ros-args -p use_sim_time:=true
 
 Ctrl-C, SIGTERM or the end of its terminal ends the recording and closes the bag. Until then it is room.mcap.tmp, which can be read,
-but for the last two seconds. With use_sim_time messages are logged at the time of /clock; before its first tick nothing is recorded.
+but for the last messages, of two seconds. With use_sim_time messages are logged at the time of /clock; before its first tick nothing is recorded.
 
 Exit codes: 0 all was recorded; 1 it could not be recorded; 2 wrong arguments; 3 it was recorded, but messages were lost in
 transit, or a topic of --topics never appeared.";
