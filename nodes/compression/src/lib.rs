@@ -51,11 +51,7 @@ pub async fn serve(node: &Node, parameters: CompressionParameters) -> Result<(),
     parameters.validate()?;
     let (mut depth_codec, mut metres_as) = parameters.depth_codec()?;
     let mut color_codec = parameters.color_codec()?;
-    let lane = |is_wanted: bool, topic, part| {
-        is_wanted.then(|| Lane::new(node, topic, part, parameters.reliable)).transpose()
-    };
-    let depth = lane(parameters.images.has_depth(), DEPTH_TOPIC, COMPRESSED_DEPTH_TOPIC)?;
-    let color = lane(parameters.images.has_color(), COLOR_TOPIC, COMPRESSED_IMAGE_TOPIC)?;
+    let mut lanes = Lanes::new(node, &parameters)?;
     let mut live = node.serve_parameters(&parameters)?;
     let mut lifecycle = node.manage()?;
     let shutdown = node.shutdown_signal();
@@ -69,21 +65,90 @@ pub async fn serve(node: &Node, parameters: CompressionParameters) -> Result<(),
                 (depth_codec, metres_as) = parameters.depth_codec()?;
                 color_codec = parameters.color_codec()?;
             }
-            (lane, image) = next(depth.as_ref()) => lane.take(&image.message, |image| {
-                let image = convert::depth_from_message(image)?;
-                convert::compressed_message_from_depth_with(&image, depth_codec, metres_as)
-            }),
-            (lane, image) = next(color.as_ref()) => lane.take(&image.message, |image| {
-                convert::compressed_message_from_image(image, color_codec)
-            }),
+            (kind, image) = lanes.next() => match kind {
+                Kind::Depth => lanes.take(kind, &image.message, |image| {
+                    let image = convert::depth_from_message(image)?;
+                    convert::compressed_message_from_depth_with(&image, depth_codec, metres_as)
+                }),
+                Kind::Color => lanes.take(kind, &image.message, |image| {
+                    convert::compressed_message_from_image(image, color_codec)
+                }),
+            },
+        }
+    }
+}
+
+/// What an image is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    Depth,
+    Color,
+}
+
+impl Kind {
+    fn other(self) -> Self {
+        match self {
+            Self::Depth => Self::Color,
+            Self::Color => Self::Depth,
+        }
+    }
+}
+
+/// The images of both kinds. They take turns: where compressing takes all of the time, each has half of it.
+struct Lanes {
+    depth: Option<Lane>,
+    color: Option<Lane>,
+    turn: Kind,
+}
+
+impl Lanes {
+    fn new(node: &Node, parameters: &CompressionParameters) -> Result<Self, ShellError> {
+        let lane = |is_wanted: bool, topic, part| {
+            is_wanted.then(|| Lane::new(node, topic, part, parameters.reliable)).transpose()
+        };
+        let images = parameters.images;
+        Ok(Self {
+            depth: lane(images.has_depth(), DEPTH_TOPIC, COMPRESSED_DEPTH_TOPIC)?,
+            color: lane(images.has_color(), COLOR_TOPIC, COMPRESSED_IMAGE_TOPIC)?,
+            turn: Kind::Depth,
+        })
+    }
+
+    fn of(&self, kind: Kind) -> Option<&Lane> {
+        match kind {
+            Kind::Depth => self.depth.as_ref(),
+            Kind::Color => self.color.as_ref(),
+        }
+    }
+
+    /// The next image. May be dropped while it waits.
+    async fn next(&self) -> (Kind, Received<Image>) {
+        let other = self.turn.other();
+        tokio::select! {
+            biased;
+            image = next(self.of(self.turn)) => (self.turn, image),
+            image = next(self.of(other)) => (other, image),
+        }
+    }
+
+    /// Compresses an image, after which the other kind has its turn.
+    fn take(
+        &mut self,
+        kind: Kind,
+        image: &Image,
+        compress: impl FnOnce(&Image) -> Result<CompressedImage, ConvertError>,
+    ) {
+        self.turn = kind.other();
+        if let Some(lane) = self.of(kind) {
+            lane.take(image, compress);
         }
     }
 }
 
 /// The next image, where there is a lane for it at all.
-async fn next(lane: Option<&Lane>) -> (&Lane, Received<Image>) {
+async fn next(lane: Option<&Lane>) -> Received<Image> {
     match lane {
-        Some(lane) => (lane, lane.images.next().await),
+        Some(lane) => lane.images.next().await,
         None => std::future::pending().await,
     }
 }

@@ -121,3 +121,31 @@ async fn parameters_out_of_their_range_are_named() {
     assert_eq!(error, "parameter depth_max_m must be 0.001 to 1000000, not 0");
     own.close().await;
 }
+
+/// Regression: colour images were taken while no depth image waited, so that none came out where depth took all of the time.
+#[tokio::test]
+async fn depth_and_colour_take_turns() {
+    let host = node_shell::Host::in_process();
+    let arguments = RosArguments::parse([""; 0]).unwrap();
+    let own = host.node("compression", &arguments).unwrap();
+    let camera = host.node("camera", &arguments).unwrap();
+    let parameters =
+        CompressionParameters { images: Images::Both, ..CompressionParameters::default() };
+    let mut lanes = Lanes::new(&own, &parameters).unwrap();
+    let qos = Qos::sensor(IMAGES_KEPT);
+    let depths = camera.publisher::<Image>(DEPTH_TOPIC, &qos).unwrap();
+    let colors = camera.publisher::<Image>(COLOR_TOPIC, &qos).unwrap();
+    let mut taken = Vec::new();
+    for _ in 0..6 {
+        depths.publish(convert::message_from_depth(&depth())).unwrap();
+        colors.publish(color()).unwrap();
+        let (kind, image) = soon("an image", lanes.next()).await;
+        lanes.take(kind, &image.message, |_| unreachable!("nobody wants it compressed"));
+        taken.push(kind);
+    }
+    let (depth, color) = (Kind::Depth, Kind::Color);
+    assert_eq!(taken, [depth, color, depth, color, depth, color]);
+    drop((lanes, depths, colors));
+    camera.close().await;
+    own.close().await;
+}
