@@ -194,6 +194,12 @@ pub enum BagError {
         /// The error.
         source: mcap::McapError,
     },
+    /// Another process writes it.
+    #[error("{path} is being written by another process; give another name with -o", path = path.display())]
+    InUse {
+        /// The file.
+        path: PathBuf,
+    },
     /// The finished bag cannot be renamed to its final path.
     #[error("cannot create {path}: {source}; check that its directory exists and may be written to", path = path.display())]
     Create {

@@ -1,7 +1,7 @@
 //! Writing a bag that `ros2 bag` and Foxglove can open.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,7 @@ const METADATA_VERSION: u32 = 8;
 ///
 /// The bag is written to a temporary file (`.tmp` appended to its name) and renamed by
 /// [`BagWriter::finish`], so that a bag of that name is always complete; an older one is replaced only
-/// then. A writer that is dropped without `finish` leaves the temporary file, which can be read.
+/// then. A writer that is dropped without `finish` leaves the temporary file, which can be read. One is locked while it is written.
 /// The same calls give the same bytes.
 pub struct BagWriter {
     path: PathBuf,
@@ -74,17 +74,27 @@ pub struct BagSummary {
     pub end: Option<Stamp>,
 }
 
+/// An empty file that no other process writes.
+fn locked(path: &Path) -> Result<File, BagError> {
+    let failed = |source| BagError::Create { path: path.to_owned(), source };
+    // Emptied only when it is locked: another process may write it.
+    let options = File::options().write(true).create(true).truncate(false).open(path);
+    let file = options.map_err(failed)?;
+    if let Err(TryLockError::WouldBlock) = file.try_lock() {
+        return Err(BagError::InUse { path: path.to_owned() });
+    }
+    file.set_len(0).map_err(failed)?;
+    Ok(file)
+}
+
 impl BagWriter {
     /// Creates a bag at `path`.
     ///
     /// # Errors
-    /// When its temporary file cannot be created.
+    /// When its temporary file cannot be created, or another process writes it.
     pub fn create(path: &Path) -> Result<Self, BagError> {
-        let mut temporary = path.as_os_str().to_owned();
-        temporary.push(".tmp");
-        let temporary = PathBuf::from(temporary);
-        let file = File::create(&temporary)
-            .map_err(|source| BagError::Create { path: temporary.clone(), source })?;
+        let temporary = Self::temporary_of(path);
+        let file = locked(&temporary)?;
         let writer = WriteOptions::new()
             .profile("ros2")
             .library(concat!("stillmap ", env!("CARGO_PKG_VERSION")))
@@ -106,7 +116,15 @@ impl BagWriter {
         })
     }
 
-    /// The file that is written until the bag is finished.
+    /// The file that is written until the bag at `path` is finished.
+    #[must_use]
+    pub fn temporary_of(path: &Path) -> PathBuf {
+        let mut temporary = path.as_os_str().to_owned();
+        temporary.push(".tmp");
+        PathBuf::from(temporary)
+    }
+
+    /// [`BagWriter::temporary_of`] this bag.
     #[must_use]
     pub fn temporary(&self) -> &Path {
         &self.temporary

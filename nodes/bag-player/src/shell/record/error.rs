@@ -16,6 +16,16 @@ pub enum RecordError {
         /// The bag.
         path: PathBuf,
     },
+    /// A recording of this name goes on, or was cut off.
+    #[error(
+        "{temporary} is there already: of a recording that goes on, or of one that was cut off, of which `stillmap import bag {temporary} \
+         -o NAME.mcap` makes a bag. Give another name with -o, or --overwrite to drop it",
+        temporary = temporary.display()
+    )]
+    CutOff {
+        /// The file.
+        temporary: PathBuf,
+    },
     /// The bag cannot be written; the recorded part is in the temporary file beside it.
     #[error(transparent)]
     Bag(#[from] BagError),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::error::RecordError;
+use crate::BagWriter;
 
 /// The arguments of `stillmap record`.
 #[derive(clap::Args, Clone, PartialEq, Debug)]
@@ -47,6 +48,10 @@ impl RecordOptions {
         self.longest()?;
         if self.output.exists() && !self.overwrite {
             return Err(RecordError::Exists { path: self.output.clone() });
+        }
+        let temporary = BagWriter::temporary_of(&self.output);
+        if temporary.exists() && !self.overwrite {
+            return Err(RecordError::CutOff { temporary });
         }
         Ok(())
     }

@@ -209,6 +209,16 @@ async fn what_cannot_be_recorded_is_refused_in_words() {
     let exists = refused(RecordOptions::new(path.clone())).await;
     assert!(matches!(exists, RecordError::Exists { .. }) && exists.to_string().contains("-o"));
     assert_eq!(std::fs::read(&path).unwrap(), b"a bag");
+    // Regression: a recording that was cut off was destroyed by the next of the same name, and two at once destroyed each other.
+    let (cut_off, left) = (folder.path().join("cut.mcap"), folder.path().join("cut.mcap.tmp"));
+    std::fs::write(&left, "what was recorded").unwrap();
+    let error = refused(RecordOptions::new(cut_off.clone())).await;
+    assert!(matches!(error, RecordError::CutOff { .. }), "{error}");
+    assert_eq!(std::fs::read(&left).unwrap(), b"what was recorded");
+    let goes_on = crate::BagWriter::create(&cut_off).unwrap();
+    let error = refused(RecordOptions { overwrite: true, ..RecordOptions::new(cut_off) }).await;
+    assert!(error.to_string().contains("another process"), "{error}");
+    drop(goes_on);
     for duration_s in [0.0, -1.0, f64::NAN] {
         let options = RecordOptions {
             duration_s: Some(duration_s),
