@@ -21,7 +21,8 @@ pub type BlockKey = [i32; 3];
 /// The map, as the node that makes it has published it.
 ///
 /// A whole map takes the place of what is older than it; an update sets the points of voxels, a removal takes them away, and of two
-/// that concern a voxel the one with the later stamp is valid, whichever came first.
+/// that concern a voxel the one with the later stamp is valid, whichever came first. A whole map that is older than the one before it is
+/// of a clock or a recording that began anew: nothing of what was is left then.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LiveMap {
     grid: VoxelGrid,
@@ -34,6 +35,8 @@ pub struct LiveMap {
     epoch: u32,
     refused: u64,
     has_colours: bool,
+    /// Of the last whole map.
+    whole: Option<Stamp>,
 }
 
 /// A block with at least one voxel in it, or the trace of one.
@@ -76,6 +79,7 @@ impl LiveMap {
             epoch: 1,
             refused: 0,
             has_colours: false,
+            whole: None,
         })
     }
 
@@ -191,6 +195,9 @@ impl LiveMap {
     /// Takes a whole map: what is not in it has gone, but for what is newer.
     pub fn replace(&mut self, whole: &ColouredCloud) {
         let stamp = whole.cloud.stamp;
+        if self.whole.replace(stamp).is_some_and(|before| before > stamp) {
+            self.clear();
+        }
         let mut former = std::mem::take(&mut self.blocks);
         self.voxels = 0;
         self.refused = 0;

@@ -37,6 +37,7 @@ fn drain(browser: &mut Browser, state: &LiveState, page: &mut DecodedPage) {
 #[derive(Default)]
 struct PlainMap {
     voxels: BTreeMap<VoxelKey, (i64, Option<Point3<f32>>)>,
+    whole: Option<i64>,
 }
 
 impl PlainMap {
@@ -53,7 +54,8 @@ impl PlainMap {
 
     fn replace(&mut self, whole: &ColouredCloud) {
         let stamp = whole.cloud.stamp.as_nanos();
-        self.voxels.retain(|_, (known, _)| *known > stamp);
+        let begins_anew = self.whole.replace(stamp).is_some_and(|before| before > stamp);
+        self.voxels.retain(|_, (known, _)| *known > stamp && !begins_anew);
         for point_m in &whole.cloud.points_m {
             self.set(stamp, point_m, true);
         }
@@ -220,6 +222,18 @@ fn another_grid_begins_an_empty_map_and_the_page_clears() {
     assert!(state.map_mut().set_voxel_edge(0.0).is_err());
     drain(&mut browser, &state, &mut page);
     assert_eq!(page.points().count(), 0);
+}
+
+/// Regression: of a recording that began anew the page showed the map over that of the first time.
+#[test]
+fn a_whole_map_that_is_older_than_the_one_before_begins_anew() {
+    let mut map = LiveMap::new(EDGE_M, MANY).unwrap();
+    map.replace(&cloud(5, &[[0.1, 0.1, 0.1]]));
+    map.update(&cloud(8, &[[1.1, 0.1, 0.1]]));
+    map.replace(&cloud(6, &[[2.1, 0.1, 0.1]]));
+    assert_eq!(map.len(), 2, "an update that is newer stays");
+    map.replace(&cloud(1, &[[3.1, 0.1, 0.1]]));
+    assert_eq!(map.len(), 1);
 }
 
 #[test]

@@ -56,6 +56,8 @@ pub struct StaticMap {
     /// Present while somebody follows the changes.
     changes: Option<Changes>,
     frame_id: Option<String>,
+    /// The frame before the map was emptied: who shows the map has to be told in the frame that he knows.
+    former_frame_id: Option<String>,
     stamp: Stamp,
     grid_config: GridConfig,
     cycles: u32,
@@ -85,6 +87,7 @@ impl StaticMap {
             changed: Vec::new(),
             changes: None,
             frame_id: None,
+            former_frame_id: None,
             stamp: Stamp::default(),
             cycles: 0,
             refused_points: 0,
@@ -193,9 +196,7 @@ impl StaticMap {
         if voxels > max_voxels {
             return Err(LoadError::TooManyVoxels { voxels, max_voxels });
         }
-        let stamp = self.stamp;
         self.clear();
-        self.stamp = stamp;
         self.frame_id = Some(frame_id.to_owned());
         self.begin_cycle();
         let mut addition = Addition::default();
@@ -220,8 +221,7 @@ impl StaticMap {
         if let Some(changes) = &mut self.changes {
             *changes = Changes::default();
         }
-        self.frame_id = None;
-        self.stamp = Stamp::default();
+        self.former_frame_id = self.frame_id.take().or(self.former_frame_id.take());
         self.cycles = 0;
         self.refused_points = 0;
         self.epoch = None;
@@ -265,8 +265,8 @@ impl StaticMap {
     }
 
     fn cloud_of(&self, points_m: Vec<Point3<f32>>) -> Cloud {
-        let frame_id = self.frame_id.clone().unwrap_or_default();
-        Cloud { stamp: self.stamp, frame_id, points_m }
+        let frame_id = self.frame_id.as_ref().or(self.former_frame_id.as_ref());
+        Cloud { stamp: self.stamp, frame_id: frame_id.cloned().unwrap_or_default(), points_m }
     }
 
     /// The voxels that the latest cycle touched, in the order in which its points touched them.

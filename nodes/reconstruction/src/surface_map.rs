@@ -62,6 +62,8 @@ pub struct SurfaceMap {
     is_mesh_anew: bool,
     distance_config: DistanceConfig,
     frame_id: Option<String>,
+    /// The frame before the map was emptied: who shows the map has to be told in the frame that he knows.
+    former_frame_id: Option<String>,
     stamp: Stamp,
     corrections: Corrections,
     /// Present where a grid is asked for.
@@ -90,6 +92,7 @@ impl SurfaceMap {
             is_mesh_anew: false,
             distance_config: DistanceConfig::default(),
             frame_id: None,
+            former_frame_id: None,
             stamp: Stamp::default(),
             corrections: Corrections::default(),
             grid: None,
@@ -182,8 +185,8 @@ impl SurfaceMap {
     }
 
     fn cloud_of(&self, points_m: Vec<Point3<f32>>) -> Cloud {
-        let frame_id = self.frame_id.clone().unwrap_or_default();
-        Cloud { stamp: self.stamp, frame_id, points_m }
+        let frame_id = self.frame_id.as_ref().or(self.former_frame_id.as_ref());
+        Cloud { stamp: self.stamp, frame_id: frame_id.cloned().unwrap_or_default(), points_m }
     }
 
     /// Empties the map, its frame included. Who follows the changes has to start with a new map.
@@ -198,8 +201,7 @@ impl SurfaceMap {
         self.is_followed_anew = false;
         self.follow_mesh_anew();
         self.followers.distances = None;
-        self.frame_id = None;
-        self.stamp = Stamp::default();
+        self.former_frame_id = self.frame_id.take().or(self.former_frame_id.take());
         self.corrections.clear();
         if let Some(grid) = &mut self.grid {
             grid.clear();

@@ -115,9 +115,19 @@ fn a_cloud_of_another_frame_is_told_and_changes_nothing() {
     assert!(message.contains("\"odom\"") && message.contains("\"map\""), "{message}");
     assert_eq!(map.len(), 1);
     map.clear();
-    assert!(map.is_empty() && map.cloud().frame_id.is_empty());
+    assert!(map.is_empty() && map.frame_id().is_none());
     map.add(&other).unwrap();
     assert_eq!(map.cloud().frame_id, "odom");
+}
+
+/// Regression: of a map that was emptied the whole map had no frame and the stamp 0, so that whoever shows it kept the former one.
+#[test]
+fn an_emptied_map_is_told_in_the_frame_and_at_the_time_of_the_former_one() {
+    let mut map = map_of(1.0, &[Cloud { stamp: Stamp::from_nanos(9), ..cloud(&[[0.5; 3]]) }]);
+    map.clear();
+    let emptied = map.cloud();
+    assert_eq!((emptied.frame_id.as_str(), emptied.stamp), ("map", Stamp::from_nanos(9)));
+    assert!(emptied.points_m.is_empty());
 }
 
 #[test]

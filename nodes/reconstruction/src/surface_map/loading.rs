@@ -71,9 +71,8 @@ impl SurfaceMap {
             let max_map_blocks = surface.config().max_blocks;
             return Err(LoadError::TooManyBlocks { max_map_blocks });
         }
-        let stamp = self.stamp;
         self.clear();
-        (self.surface, self.stamp) = (surface, stamp);
+        self.surface = surface;
         self.follow_mesh_anew();
         self.rename_frame(frame_id);
         Ok(Addition { new_voxels: self.surface.blocks(), ..Addition::default() })
@@ -85,9 +84,7 @@ impl SurfaceMap {
         reach_m: f64,
         frame_id: &str,
     ) -> Result<Addition, LoadError> {
-        let stamp = self.stamp;
         self.clear();
-        self.stamp = stamp;
         self.rename_frame(frame_id);
         let mut by_tile = self.points_by_tile(&points.points_m, reach_m);
         // Those of a tile in their order.

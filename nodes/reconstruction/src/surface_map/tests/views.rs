@@ -21,6 +21,10 @@ fn the_map_has_the_places_of_its_images_where_a_correction_puts_them() {
     // Measured before the correction, received after it: of a place that is known by now.
     map.integrate(&cycle(&Scene::room(), 4, &rig_at(0.0, 0.0), None)).unwrap();
     assert_eq!(map.whole().views.len(), 2);
+    let before = map.cloud_for_listeners().unwrap().cloud;
     map.clear();
     assert_eq!(map.whole().views, []);
+    // Who shows the map is told in the frame that he knows.
+    let emptied = map.cloud_for_listeners().unwrap().cloud;
+    assert_eq!(emptied, geometry::Cloud { points_m: vec![], ..before });
 }
