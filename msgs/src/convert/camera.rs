@@ -6,7 +6,6 @@ mod tests;
 use geometry::{CameraModel, Distortion, Stamp};
 
 use super::ConvertError;
-use super::error::excerpt;
 use super::pose::header_of;
 use crate::sensor_msgs::{CameraInfo, RegionOfInterest};
 
@@ -21,9 +20,7 @@ const EQUIDISTANT: &str = "equidistant";
 /// `r` and `p` are not used: they belong to the image that a rectifier makes of the raw one. Give a
 /// rectified image a calibration with an empty or all-zero `d`, as drivers of depth cameras do.
 ///
-/// A `plumb_bob` has 5 coefficients, or 4 where k3 is left out; a `rational_polynomial` 8, or 12 with a thin prism, or more
-/// where the rest, a tilted sensor, is zero. An empty `d` of these is no distortion, and so is an all-zero one. An `equidistant`, of a
-/// fisheye lens, has 4; with zeros it is no pinhole camera either.
+/// The lens is [`Distortion::of_model`].
 ///
 /// # Errors
 /// When the camera is not calibrated, its matrix is not that of a pinhole camera, the model is not
@@ -50,7 +47,7 @@ pub fn camera_from_message(message: &CameraInfo) -> Result<CameraModel, ConvertE
         fy_px: fy / joined_rows,
         cx_px: (cx - f64::from(region.x_offset)) / joined_columns,
         cy_px: (cy - f64::from(region.y_offset)) / joined_rows,
-        distortion: distortion(message)?,
+        distortion: Distortion::of_model(&message.distortion_model, &message.d)?,
     };
     model.validate().map_err(ConvertError::Camera)?;
     Ok(model)
@@ -78,53 +75,6 @@ fn region(message: &CameraInfo) -> Result<RegionOfInterest, ConvertError> {
         sensor_width,
         sensor_height,
     })
-}
-
-fn distortion(message: &CameraInfo) -> Result<Distortion, ConvertError> {
-    let (model, d) = (message.distortion_model.as_str(), message.d.as_slice());
-    let straight = d.iter().all(|coefficient| *coefficient == 0.0);
-    let distortion = match (model, d) {
-        (PLUMB_BOB, []) | (RATIONAL, []) => Distortion::None,
-        (PLUMB_BOB, [k1, k2, t1, t2]) => Distortion::PlumbBob([*k1, *k2, *t1, *t2, 0.0]),
-        (PLUMB_BOB, [k1, k2, t1, t2, k3]) => Distortion::PlumbBob([*k1, *k2, *t1, *t2, *k3]),
-        (PLUMB_BOB, _) => {
-            let (model, wanted) = (PLUMB_BOB, "5 (or 4)");
-            return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
-        }
-        (RATIONAL, _) => rational(d)?,
-        (EQUIDISTANT, [k1, k2, k3, k4]) => {
-            return Ok(Distortion::Equidistant([*k1, *k2, *k3, *k4]));
-        }
-        (EQUIDISTANT, _) => {
-            let (model, wanted) = (EQUIDISTANT, "4");
-            return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
-        }
-        ("" | "none", _) if straight => Distortion::None,
-        _ => return Err(ConvertError::DistortionModel { model: excerpt(model) }),
-    };
-    Ok(if straight { Distortion::None } else { distortion })
-}
-
-fn rational(d: &[f64]) -> Result<Distortion, ConvertError> {
-    let Some((coefficients, beyond)) = d.split_first_chunk::<8>() else {
-        let (model, wanted) = (RATIONAL, "8");
-        return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
-    };
-    if beyond.iter().all(|coefficient| *coefficient == 0.0) {
-        return Ok(Distortion::Rational(*coefficients));
-    }
-    let Some((coefficients, beyond)) = d.split_first_chunk::<12>() else {
-        let (model, wanted) = (RATIONAL, "8 (or 12)");
-        return Err(ConvertError::DistortionCoefficients { model, wanted, count: d.len() });
-    };
-    match beyond.iter().position(|coefficient| *coefficient != 0.0) {
-        None => Ok(Distortion::RationalPrism(*coefficients)),
-        Some(place) => {
-            let index = place + coefficients.len();
-            let value = d.get(index).copied().unwrap_or_default();
-            Err(ConvertError::DistortionBeyondModel { index, value })
-        }
-    }
 }
 
 /// The message of a camera. Without distortion it is a `plumb_bob` of zeros, as drivers send it; `p`

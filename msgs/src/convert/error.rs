@@ -1,6 +1,6 @@
 //! Why a message is not the geometry that it claims to be.
 
-use geometry::{CameraModelError, DepthSizeError, LabelSizeError, MapPathError};
+use geometry::{CameraModelError, DepthSizeError, DistortionError, LabelSizeError, MapPathError};
 
 use super::CompressedImageError;
 
@@ -218,33 +218,9 @@ pub enum ConvertError {
         /// The value needed.
         expected: f64,
     },
-    /// A distortion model that is not known.
-    #[error(
-        "CameraInfo: distortion_model {model:?} is not supported; plumb_bob, \
-         rational_polynomial and equidistant are, and an empty d for a rectified image"
-    )]
-    DistortionModel {
-        /// The model, the start of its name.
-        model: String,
-    },
-    /// The coefficients are not those of the model.
-    #[error("CameraInfo: {model} has {wanted} coefficients, but d has {count}")]
-    DistortionCoefficients {
-        /// The model.
-        model: &'static str,
-        /// How many coefficients it has.
-        wanted: &'static str,
-        /// How many there are.
-        count: usize,
-    },
-    /// Coefficients that the model does not use are not zero.
-    #[error("CameraInfo: d[{index}] is {value}; the tilt of a sensor is not supported")]
-    DistortionBeyondModel {
-        /// Which coefficient.
-        index: usize,
-        /// Its value.
-        value: f64,
-    },
+    /// The lens is not known.
+    #[error("CameraInfo: {0}")]
+    Distortion(#[from] DistortionError),
     /// The region of interest is not within the sensor.
     #[error(
         "CameraInfo: the roi, {width} x {height} px from ({x_offset}, {y_offset}), is not within \

@@ -2,13 +2,8 @@
 //! `camera_info_manager`.
 #![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
-use geometry::{CameraModel, CameraModelError, Distortion};
+use geometry::{CameraModel, CameraModelError, Distortion, DistortionError};
 use serde::Deserialize;
-
-/// Distortion models that are read; where a file names none, `camera_calibration_parsers` takes the first.
-const PLUMB_BOB: &str = "plumb_bob";
-const RATIONAL: &str = "rational_polynomial";
-const EQUIDISTANT: &str = "equidistant";
 
 /// A camera's calibration file.
 #[derive(Clone, PartialEq, Debug)]
@@ -53,22 +48,9 @@ pub enum CameraFileError {
         /// What it must be.
         expected: f64,
     },
-    /// The lens model is not supported.
-    #[error("distortion_model is \"{model}\": plumb_bob and rational_polynomial are supported")]
-    DistortionModel {
-        /// Its name.
-        model: String,
-    },
-    /// The rational model of a lens that is also tilted or a thin prism.
-    #[error(
-        "distortion_coefficients: element {index} is {value}: only the first 8 of rational_polynomial are supported"
-    )]
-    BeyondModel {
-        /// Counted from 0.
-        index: usize,
-        /// What it is.
-        value: f64,
-    },
+    /// The lens is not known.
+    #[error("distortion_coefficients: {0}")]
+    Distortion(#[from] DistortionError),
     /// The numbers describe no camera.
     #[error(transparent)]
     Camera(#[from] CameraModelError),
@@ -168,36 +150,12 @@ fn check_elements(
 fn distortion(written: &Written) -> Result<Distortion, CameraFileError> {
     const KEY: &str = "distortion_coefficients";
     let matrix = &written.distortion_coefficients;
-    let model = written.distortion_model.as_deref().unwrap_or(PLUMB_BOB);
-    let accepted = match model {
-        PLUMB_BOB => "5 (or 4, or none)",
-        RATIONAL => "8 (or 12, or none)",
-        EQUIDISTANT => "4",
-        _ => return Err(CameraFileError::DistortionModel { model: model.to_owned() }),
-    };
     if !matrix.is_as_stated() {
-        return Err(matrix.shape_error(KEY, accepted));
+        return Err(matrix.shape_error(KEY, "4, 5, 8 or 12"));
     }
-    match (model, matrix.data.as_slice()) {
-        (EQUIDISTANT, [k1, k2, k3, k4]) => Ok(Distortion::Equidistant([*k1, *k2, *k3, *k4])),
-        (EQUIDISTANT, _) => Err(matrix.shape_error(KEY, accepted)),
-        (_, []) => Ok(Distortion::None),
-        (PLUMB_BOB, [k1, k2, t1, t2]) => Ok(Distortion::PlumbBob([*k1, *k2, *t1, *t2, 0.0])),
-        (PLUMB_BOB, [k1, k2, t1, t2, k3]) => Ok(Distortion::PlumbBob([*k1, *k2, *t1, *t2, *k3])),
-        (RATIONAL, numbers) => {
-            let is_used = numbers.iter().rposition(|number| *number != 0.0);
-            match (numbers.first_chunk::<8>(), numbers.first_chunk::<12>(), is_used) {
-                (Some(eight), _, None | Some(..8)) => Ok(Distortion::Rational(*eight)),
-                (_, Some(twelve), Some(8..12)) => Ok(Distortion::RationalPrism(*twelve)),
-                (_, Some(_), Some(index)) => {
-                    let value = numbers.get(index).copied().unwrap_or(f64::NAN);
-                    Err(CameraFileError::BeyondModel { index, value })
-                }
-                _ => Err(matrix.shape_error(KEY, accepted)),
-            }
-        }
-        _ => Err(matrix.shape_error(KEY, accepted)),
-    }
+    // Files of 2009 name no model.
+    let model = written.distortion_model.as_deref().unwrap_or("plumb_bob");
+    Ok(Distortion::of_model(model, &matrix.data)?)
 }
 
 /// The camera of the rectified image.

@@ -1,5 +1,6 @@
 //! The pinhole camera with lens distortion.
 
+mod coefficients;
 mod distortion;
 mod rays;
 #[cfg(test)]
@@ -8,6 +9,7 @@ mod tests;
 use nalgebra::{Point2, Point3, Vector2};
 use serde::{Deserialize, Serialize};
 
+pub use coefficients::DistortionError;
 pub use distortion::Distortion;
 pub(crate) use rays::RayRow;
 pub use rays::RayTable;

@@ -63,7 +63,7 @@ mod triangle_mesh;
 mod voxel;
 mod zone;
 
-pub use camera::{CameraModel, CameraModelError, Distortion, RayTable};
+pub use camera::{CameraModel, CameraModelError, Distortion, DistortionError, RayTable};
 pub use cloud::{Cloud, ColouredCloud, is_finite};
 pub use colour::{
     ColourImage, ColourRegistration, ColourRegistrationError, ColourSizeError, DARKEST, NO_COLOUR,

@@ -113,7 +113,11 @@ const ROWS: [Row; 38] = [
         r.each_info(|info| (info.distortion_model, info.d) = (String::new(), Vec::new()));
     }),
     row("openni2_camera: a calibrated plumb_bob", |r| r.seen_through(PLUMB_BOB)),
-    row("azure_kinect, orbbec: rational_polynomial", |r| r.seen_through(RATIONAL)),
+    row("azure_kinect: rational_polynomial", |r| r.seen_through(RATIONAL)),
+    row("orbbec: the same by the name plumb_bob", |r| {
+        r.seen_through(RATIONAL);
+        r.each_info(|info| info.distortion_model = "plumb_bob".to_owned());
+    }),
     row("oak: rational_polynomial of 14, with a thin prism", |r| {
         r.seen_through(PRISM);
         r.each_info(|info| info.d.extend([0.0; 2]));
