@@ -43,7 +43,7 @@ impl Detector {
         Ok(Self {
             setup,
             surround: None,
-            finder: Finder::new(&config, setup.mounts.rig_from_lidar),
+            finder: Finder::new(&config),
             voxels: VoxelAccumulator::new(grid),
             cloud_camera: CloudCamera::default(),
             next_index: 0,
@@ -80,7 +80,8 @@ impl Detector {
         // 3.2.1, eq. 1: the beams, and those of the aperture.
         let (beams, window_restarted) = self.crop(input.scan)?;
         // 3.2.1.1 to 3.2.2, or what stands in observed free space: where something moves.
-        let found = self.finder.find(input, &beams, &mut observe);
+        let rig_from_lidar = &self.setup.mounts.rig_from_lidar;
+        let found = self.finder.find(input, &beams, rig_from_lidar, &mut observe);
 
         // 3.2.3: the voxel grid of the cloud.
         let ReducedDepth { cloud: reduced_cloud, voxel_points, points_before_reduction } =
@@ -133,12 +134,22 @@ impl Detector {
         &self.setup.mounts
     }
 
-    /// Takes other mounts than the configuration's. What was seen is forgotten; the cycles count on. Projectors that were made
-    /// before have the camera's former mount.
+    /// Takes other mounts than before: they were corrected, and what was seen is forgotten. The cycles count on. Projectors that
+    /// were made before have the camera's former mount.
     ///
     /// # Errors
     /// When they hold a number that is not finite; nothing is changed then.
     pub fn mount(&mut self, mounts: &RigMounts) -> Result<(), ParameterError> {
+        self.follow_mounts(mounts)?;
+        self.forget();
+        Ok(())
+    }
+
+    /// The same, where a joint has moved the sensors on the rig: what was seen stays where it was in the map.
+    ///
+    /// # Errors
+    /// As [`Detector::mount`].
+    pub fn follow_mounts(&mut self, mounts: &RigMounts) -> Result<(), ParameterError> {
         let rig = RigConfig {
             rig_from_camera: pose_vector(&mounts.rig_from_camera),
             rig_from_lidar: pose_vector(&mounts.rig_from_lidar),
@@ -146,9 +157,6 @@ impl Detector {
         };
         rig.validate()?;
         self.setup.mounts = *mounts;
-        self.surround = None;
-        self.finder = Finder::new(&self.config, mounts.rig_from_lidar);
-        self.cloud_camera = CloudCamera::default();
         Ok(())
     }
 
@@ -160,15 +168,21 @@ impl Detector {
 
     /// The scan's beams, and whether its geometry is another than before.
     fn crop(&mut self, scan: &Scan) -> Result<(ScanBeams, bool), ScanAnglesError> {
-        if let Some(surround) = self.surround.as_ref().filter(|surround| surround.fits(scan)) {
-            return Ok((surround.crop(scan), false));
-        }
-        let surround =
-            Surround::new(scan, &self.setup.mounts.rig_from_lidar, self.config.aperture_rad)?;
+        let rig_from_lidar = &self.setup.mounts.rig_from_lidar;
+        let is_same_scan = match &self.surround {
+            Some(surround) if surround.fits(scan, rig_from_lidar) => {
+                return Ok((surround.crop(scan), false));
+            }
+            Some(surround) => surround.has_angles_of(scan),
+            None => false,
+        };
+        let surround = Surround::new(scan, rig_from_lidar, self.config.aperture_rad)?;
         let beams = surround.crop(scan);
-        let window_restarted = self.surround.replace(surround).is_some();
-        self.finder.clear_window();
-        Ok((beams, window_restarted))
+        let is_first = self.surround.replace(surround).is_none();
+        if !is_same_scan {
+            self.finder.clear_window();
+        }
+        Ok((beams, !is_first && !is_same_scan))
     }
 
     /// The depth image of the cycle, or one that is made of its cloud; and why the points of an organised cloud were rendered.

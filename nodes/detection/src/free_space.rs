@@ -72,6 +72,8 @@ pub struct MotionInput<'a> {
     pub scan: &'a Scan,
     /// All its beams, by azimuth: those behind the rig see free space too.
     pub beams: &'a [Beam],
+    /// Where the scanner is on the rig: a joint may move it from cycle to cycle.
+    pub rig_from_lidar: &'a Isometry3<f64>,
     /// The pose of the rig.
     pub map_from_rig: &'a Isometry3<f64>,
     /// The frame of the pose.
@@ -119,7 +121,6 @@ pub struct MotionSearch {
 /// Memory: [`crate::FreeSpaceConfig::evidence_bytes`] and the scans of the window.
 #[derive(Clone, Debug)]
 pub struct MotionFinder {
-    rig_from_lidar: Isometry3<f64>,
     config: DetectionConfig,
     motion: PlatformMotion,
     window: ScanWindow,
@@ -133,9 +134,8 @@ pub struct MotionFinder {
 impl MotionFinder {
     /// A finder without evidence; `config` has been validated.
     #[must_use]
-    pub fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
+    pub fn new(config: &DetectionConfig) -> Self {
         Self {
-            rig_from_lidar,
             motion: PlatformMotion::new(&config.free_space),
             window: ScanWindow::new(config.window_scans),
             evidence: EvidenceGrid::new(&config.free_space, config.pipeline.max_stop_s),
@@ -166,6 +166,7 @@ impl MotionFinder {
 
     /// Deskews the scan and computes the deviations of its beams over the window. A pose that jumps resets the finder.
     pub fn take_in(&mut self, input: &MotionInput<'_>) -> Deviations {
+        self.motion.mount(input.rig_from_lidar);
         let motion = self.motion.advance(input.pose_stamp, input.map_from_rig, input.map_frame_id);
         if motion.jumped {
             self.clear_scene();
@@ -173,7 +174,7 @@ impl MotionFinder {
         let turn_input = DeskewInput {
             scan: input.scan,
             beams: input.beams,
-            rig_from_lidar: &self.rig_from_lidar,
+            rig_from_lidar: input.rig_from_lidar,
             map_from_rig: input.map_from_rig,
             pose_stamp: input.pose_stamp,
             motion: &motion,

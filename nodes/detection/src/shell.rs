@@ -11,6 +11,7 @@ mod parameters;
 mod rendering;
 mod restarts;
 mod rig_pose;
+mod sensor_frame;
 mod stage;
 #[cfg(test)]
 mod tests;

@@ -21,26 +21,25 @@ pub(super) enum Finder {
 }
 
 impl Finder {
-    /// One that has seen nothing yet, of a scanner with this mount; `config` has been validated.
-    pub(super) fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
+    /// One that has seen nothing yet; `config` has been validated.
+    pub(super) fn new(config: &DetectionConfig) -> Self {
         match config.pipeline.method {
             Method::RecHv => Self::RecHv(VariabilityFinder::new(config)),
-            Method::FreeSpace => {
-                Self::FreeSpace(Box::new(FreeSpaceFinder::new(config, rig_from_lidar)))
-            }
+            Method::FreeSpace => Self::FreeSpace(Box::new(FreeSpaceFinder::new(config))),
         }
     }
 
-    /// The zones of a cycle whose scan has these beams. `observe` is called at the end of each stage.
+    /// The zones of a cycle whose scan has these beams, of a scanner with this mount. `observe` is called at the end of each stage.
     pub(super) fn find(
         &mut self,
         input: &CycleInput<'_>,
         beams: &ScanBeams,
+        rig_from_lidar: &Isometry3<f64>,
         observe: &mut impl FnMut(Step),
     ) -> Found {
         match self {
             Self::RecHv(finder) => finder.find(input.scan, beams.in_aperture(), observe),
-            Self::FreeSpace(finder) => finder.find(input, beams, observe),
+            Self::FreeSpace(finder) => finder.find(input, beams, rig_from_lidar, observe),
         }
     }
 

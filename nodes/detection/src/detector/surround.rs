@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use geometry::Scan;
+use geometry::{Scan, is_same_mount};
 use nalgebra::Isometry3;
 
 use crate::aperture::{Aperture, Beam, ScanAnglesError};
@@ -11,6 +11,7 @@ use crate::aperture::{Aperture, Beam, ScanAnglesError};
 /// The beams of a full turn: what lies behind the rig sees free space too.
 #[derive(Clone, Debug)]
 pub(super) struct Surround {
+    rig_from_lidar: Isometry3<f64>,
     whole: Aperture,
     within: Range<usize>,
 }
@@ -40,11 +41,16 @@ impl Surround {
     ) -> Result<Self, ScanAnglesError> {
         let whole = Aperture::new(scan, rig_from_lidar, TAU)?;
         let within = whole.places_within(aperture_rad);
-        Ok(Self { whole, within })
+        Ok(Self { rig_from_lidar: *rig_from_lidar, whole, within })
+    }
+
+    /// Whether `scan`, of a scanner with this mount, has the beams of this surround.
+    pub(super) fn fits(&self, scan: &Scan, rig_from_lidar: &Isometry3<f64>) -> bool {
+        self.has_angles_of(scan) && is_same_mount(&self.rig_from_lidar, rig_from_lidar)
     }
 
     /// Whether `scan` has the angles that this surround was made for.
-    pub(super) fn fits(&self, scan: &Scan) -> bool {
+    pub(super) fn has_angles_of(&self, scan: &Scan) -> bool {
         self.whole.fits(scan)
     }
 

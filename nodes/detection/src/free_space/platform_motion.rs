@@ -24,7 +24,7 @@ const STANDS_RAD: f64 = 0.045;
 /// Steps of the pose from which its noise is estimated: a second and a half at 7 Hz.
 const STEPS_KEPT: usize = 10;
 
-/// The velocity of the rig in its own frame.
+/// The velocity of the rig in its own frame; where a joint moves the scanner on the rig, of a rig that the scanner stays fixed to.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Twist {
     /// Of the rig's origin.
@@ -41,6 +41,16 @@ impl Twist {
 
     pub(super) fn is_zero(&self) -> bool {
         *self == Self::ZERO
+    }
+
+    /// The velocity of a body as another frame of it has it, which is `moved_from_own` in the own frame of this one.
+    fn seen_from(&self, moved_from_own: &Isometry3<f64>) -> Self {
+        let origin = moved_from_own.inverse().translation.vector;
+        let of_origin = self.linear_m_per_s + self.angular_rad_per_s.cross(&origin);
+        Self {
+            linear_m_per_s: moved_from_own.rotation * of_origin,
+            angular_rad_per_s: moved_from_own.rotation * self.angular_rad_per_s,
+        }
     }
 
     /// The pose of the rig `after_s` later, in its present frame.
@@ -84,6 +94,9 @@ pub(super) struct Motion {
 }
 
 /// Follows the poses of the cycles.
+///
+/// What matters is how the scanner moves. Where a joint moves it on the rig, the former poses are those that the rig would have had,
+/// were the scanner where it is on it now.
 #[derive(Clone, Debug)]
 pub(super) struct PlatformMotion {
     max_speed_m_per_s: f64,
@@ -91,6 +104,8 @@ pub(super) struct PlatformMotion {
     longest_gap_s: f64,
     noise_m: f64,
     noise_rad: f64,
+    /// Where the scanner is on the rig.
+    rig_from_lidar: Option<Isometry3<f64>>,
     previous: Option<Previous>,
     /// Length and angle of the last steps.
     steps: VecDeque<(f64, f64)>,
@@ -122,6 +137,7 @@ impl PlatformMotion {
             longest_gap_s: config.evidence_memory_s,
             noise_m: config.pose_noise_m,
             noise_rad: config.pose_noise_rad,
+            rig_from_lidar: None,
             previous: None,
             steps: VecDeque::new(),
             places: VecDeque::new(),
@@ -129,9 +145,28 @@ impl PlatformMotion {
     }
 
     pub(super) fn clear(&mut self) {
+        self.rig_from_lidar = None;
         self.previous = None;
         self.steps.clear();
         self.places.clear();
+    }
+
+    /// Takes where the scanner is on the rig, before the pose of the cycle.
+    pub(super) fn mount(&mut self, rig_from_lidar: &Isometry3<f64>) {
+        let Some(before) = self.rig_from_lidar.replace(*rig_from_lidar) else { return };
+        if before == *rig_from_lidar {
+            return;
+        }
+        let moved_from_before = rig_from_lidar * before.inverse();
+        let before_from_moved = moved_from_before.inverse();
+        for (_, place) in &mut self.places {
+            *place *= before_from_moved;
+        }
+        if let Some(previous) = &mut self.previous {
+            previous.map_from_rig *= before_from_moved;
+            let twist = &mut previous.motion.twist;
+            *twist = twist.seen_from(&moved_from_before);
+        }
     }
 
     /// Adds the pose of the next cycle. One with the stamp of the last cycle's is of the same image, for the next scan: it is the
@@ -252,6 +287,36 @@ mod tests {
         let forward = poses[0] * reported.twist.after(0.1);
         assert!((forward.translation.vector - poses[1].translation.vector).norm() < 1e-9);
         assert_eq!(reported.pose_noise_m, 0.01);
+    }
+
+    /// Regression: a scanner on a joint was taken to move with the rig alone, so that its scans were not deskewed.
+    #[test]
+    fn a_scanner_on_a_joint_moves_as_if_the_rig_turned_with_it() {
+        let aside = pose_from_vector(&[0.2, 0.1, 0.3, 0.0, 0.0, 0.0]);
+        let pose_at = |cycle: u32| {
+            let cycle = f64::from(cycle);
+            pose_from_vector(&[0.02 * cycle, 0.0, 0.0, 0.05 * cycle, 0.0, 0.0])
+        };
+        let joint_at = |cycle: u32| {
+            pose_from_vector(&[0.0, 0.0, 0.5, 0.08 * f64::from(cycle), 0.0, 0.0]) * aside
+        };
+        let mut on_joint = PlatformMotion::new(&FreeSpaceConfig::default());
+        for cycle in 0..6 {
+            on_joint.mount(&joint_at(cycle));
+            let reported = on_joint.advance(at(cycle), &pose_at(cycle), "map");
+            if cycle < 2 {
+                continue;
+            }
+            let after = reported.twist.after(-0.1);
+            let told = pose_at(cycle) * after * joint_at(cycle);
+            let before = pose_at(cycle - 1) * joint_at(cycle - 1);
+            // A twist turns about a fixed axis, and its translation is straight.
+            let error = before.inverse() * told;
+            assert!(error.translation.vector.norm() < 0.005 && error.rotation.angle() < 1e-9);
+            assert!(reported.moves && !reported.jumped);
+            assert!(reported.twist_change.angular_rad_per_s.norm() < 1e-6, "{reported:?}");
+            assert!(reported.twist_change.linear_m_per_s.norm() < 0.05, "{reported:?}");
+        }
     }
 
     /// Regression: of two scans of one image the second had no velocity, and the next image's differed from that by the whole of

@@ -11,13 +11,27 @@ use super::transform_state::TransformState;
 /// The name on `/diagnostics`.
 const CONDITION: &str = "transform from scanner to camera";
 
+/// Transforms whose newest one is so much older than the data are not published any more: tf2's own buffer has ten seconds, and who
+/// publishes a joint does so at 1 Hz or more.
+const ENDED_AFTER_S: f64 = 2.0;
+
 /// The poses of the sensors in the rig frame by tf: of the scanner, whose pose in the camera frame tf has, or of both.
 pub(super) struct Mounts {
     /// The rig's frame, where tf has the camera's pose in it, too.
     rig_frame_id: Option<String>,
     by_parameters: RigMounts,
     in_use: Option<RigMounts>,
+    /// Whether a joint has moved a sensor.
+    have_moved: bool,
     state: TransformState,
+}
+
+/// Mounts that differ from those in use.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct ChangedMounts {
+    pub(super) mounts: RigMounts,
+    /// Whether a joint has moved a sensor; otherwise the mounts of before were others, or wrong.
+    pub(super) by_joint: bool,
 }
 
 /// The frames and the stamp by which the mounts of a cycle are looked up.
@@ -41,6 +55,7 @@ impl Mounts {
             rig_frame_id,
             by_parameters: rig.mounts(),
             in_use: None,
+            have_moved: false,
             state: TransformState::new(CONDITION.to_owned(), counters),
         })
     }
@@ -48,25 +63,26 @@ impl Mounts {
     /// The mounts, if they differ from those in use; then [`Mounts::set_in_use`] must be called.
     ///
     /// # Errors
-    /// When tf has no transform for the stamp of the camera's message; if all of its transforms are earlier, the latest is
-    /// used.
+    /// When tf has no transform for the stamp of the camera's message. If all of its transforms are earlier, and the latest
+    /// gives the mounts in use, these have not moved and will do.
     pub(super) fn changed(
         &mut self,
         tree: &TransformTree,
         frames: SensorFrames<'_>,
-    ) -> Result<Option<RigMounts>, TransformError> {
-        let known = match self.lookup(tree, frames) {
+    ) -> Result<Option<ChangedMounts>, TransformError> {
+        let mounts = match self.lookup(tree, frames) {
             Ok(known) => known,
             Err(error) => {
                 self.state.wait_for(&error);
                 return Err(error);
             }
         };
-        if self.in_use.is_some_and(|in_use| is_same(&in_use, &known)) {
+        if self.are_in_use(&mounts) {
             self.report_in_use(frames);
             return Ok(None);
         }
-        Ok(Some(known))
+        let by_joint = self.in_use.is_some() && self.are_jointed(tree, frames)?;
+        Ok(Some(ChangedMounts { mounts, by_joint }))
     }
 
     /// Whether tf has the mounts.
@@ -75,32 +91,71 @@ impl Mounts {
     }
 
     /// Notes that these mounts are in use.
-    pub(super) fn set_in_use(&mut self, mounts: &RigMounts, frames: SensorFrames<'_>) {
-        self.in_use = Some(*mounts);
+    pub(super) fn set_in_use(&mut self, changed: &ChangedMounts, frames: SensorFrames<'_>) {
+        self.in_use = Some(changed.mounts);
+        self.have_moved |= changed.by_joint;
         self.report_in_use(frames);
+    }
+
+    fn are_in_use(&self, mounts: &RigMounts) -> bool {
+        self.in_use.is_some_and(|in_use| is_same(&in_use, mounts))
     }
 
     fn lookup(
         &self,
         tree: &TransformTree,
-        SensorFrames { lidar, camera, stamp }: SensorFrames<'_>,
+        frames: SensorFrames<'_>,
     ) -> Result<RigMounts, TransformError> {
-        let mount = |target: &str, source: &str| hardly_moving(tree, target, source, stamp);
+        let known = self.by(frames, |target, source| tree.lookup(target, source, frames.stamp));
+        let Err(error @ TransformError::Time { source: PoseLookupError::AfterNewest { by_s }, .. }) =
+            known
+        else {
+            return known;
+        };
+        // tf may be received after the cycle is complete. Who moves is waited for, as long as tf goes on.
+        let latest = self.by(frames, |target, source| tree.lookup_latest(target, source))?;
+        let will_do = self.in_use.is_none() || self.are_in_use(&latest) || by_s > ENDED_AFTER_S;
+        if will_do { Ok(latest) } else { Err(error) }
+    }
+
+    /// The mounts by the transforms from a source to a target that `transform` gives.
+    fn by(
+        &self,
+        SensorFrames { lidar, camera, .. }: SensorFrames<'_>,
+        transform: impl Fn(&str, &str) -> Result<Isometry3<f64>, TransformError>,
+    ) -> Result<RigMounts, TransformError> {
         match &self.rig_frame_id {
             Some(rig) => Ok(RigMounts {
-                rig_from_camera: mount(rig, camera)?,
-                rig_from_lidar: mount(rig, lidar)?,
+                rig_from_camera: transform(rig, camera)?,
+                rig_from_lidar: transform(rig, lidar)?,
             }),
             None => {
                 let rig_from_camera = self.by_parameters.rig_from_camera;
-                let rig_from_lidar = rig_from_camera * mount(camera, lidar)?;
+                let rig_from_lidar = rig_from_camera * transform(camera, lidar)?;
                 Ok(RigMounts { rig_from_camera, rig_from_lidar })
             }
         }
     }
 
+    /// Whether a joint may move a sensor.
+    fn are_jointed(
+        &self,
+        tree: &TransformTree,
+        SensorFrames { lidar, camera, .. }: SensorFrames<'_>,
+    ) -> Result<bool, TransformError> {
+        match &self.rig_frame_id {
+            Some(rig) => Ok(tree.is_jointed(rig, camera)? || tree.is_jointed(rig, lidar)?),
+            None => tree.is_jointed(camera, lidar),
+        }
+    }
+
     fn report_in_use(&mut self, SensorFrames { lidar, camera, .. }: SensorFrames<'_>) {
         let Some(mounts) = &self.in_use else { return };
+        if self.have_moved {
+            // Numbers would be other ones in each cycle.
+            self.state.set_known(&format!("{lidar} to {camera} by tf, moved by a joint"));
+            return;
+        }
         let of_lidar = vector_text(&mounts.rig_from_lidar);
         let of_camera = match self.rig_frame_id {
             Some(_) => format!(", rig_from_camera {}", vector_text(&mounts.rig_from_camera)),
@@ -108,21 +163,6 @@ impl Mounts {
         };
         let text = format!("{lidar} to {camera} by tf; rig_from_lidar is {of_lidar}{of_camera}");
         self.state.set_known(&text);
-    }
-}
-
-/// A mount hardly moves, and tf may be received after the cycle is complete: its latest transform will do.
-fn hardly_moving(
-    tree: &TransformTree,
-    target: &str,
-    source: &str,
-    stamp: Stamp,
-) -> Result<Isometry3<f64>, TransformError> {
-    match tree.lookup(target, source, stamp) {
-        Err(TransformError::Time { source: PoseLookupError::AfterNewest { .. }, .. }) => {
-            tree.lookup_latest(target, source)
-        }
-        known => known,
     }
 }
 
@@ -142,6 +182,20 @@ mod tests {
 
     use super::*;
 
+    fn frames_at(milliseconds: i64) -> SensorFrames<'static> {
+        let stamp = Stamp::from_nanos(1_000_000 * milliseconds);
+        SensorFrames { lidar: "laser", camera: "camera", stamp }
+    }
+
+    fn in_rig(rig_frame_id: &str) -> Mounts {
+        let rig = RigConfig {
+            rig_frame_id: rig_frame_id.to_owned(),
+            extrinsics: ExtrinsicsSource::TfFromRig,
+            ..RigConfig::default()
+        };
+        Mounts::new(&rig, Counters::default()).unwrap()
+    }
+
     #[test]
     fn both_mounts_are_those_in_the_frame_of_the_rig() {
         let base_from_camera = Isometry3::new(Vector3::new(0.3, 0.1, 1.1), Vector3::y() * 0.5);
@@ -150,25 +204,56 @@ mod tests {
         tree.insert_fixed("base_link", "mast", &Isometry3::translation(0.0, 0.0, 1.0)).unwrap();
         let mast_from_camera = Isometry3::translation(0.0, 0.0, -1.0) * base_from_camera;
         tree.insert_fixed("mast", "camera", &mast_from_camera).unwrap();
-        let frames = SensorFrames { lidar: "laser", camera: "camera", stamp: Stamp::default() };
-        let rig = RigConfig {
-            rig_frame_id: "base_link".to_owned(),
-            extrinsics: ExtrinsicsSource::TfFromRig,
-            ..RigConfig::default()
-        };
-        let mut mounts = Mounts::new(&rig, Counters::default()).unwrap();
+        let (frames, mut mounts) = (frames_at(0), in_rig("base_link"));
         assert!(mounts.changed(&tree, frames).unwrap_err().to_string().contains("\"laser\""));
         tree.insert_fixed("base_link", "laser", &base_from_lidar).unwrap();
         let known = mounts.changed(&tree, frames).unwrap().unwrap();
         let expected =
             RigMounts { rig_from_camera: base_from_camera, rig_from_lidar: base_from_lidar };
-        assert!(is_same(&known, &expected), "{known:?}");
+        assert!(is_same(&known.mounts, &expected) && !known.by_joint, "{known:?}");
         mounts.set_in_use(&known, frames);
         assert_eq!(mounts.changed(&tree, frames), Ok(None));
         // The mast is extended.
         tree.insert_fixed("base_link", "mast", &Isometry3::translation(0.0, 0.0, 1.2)).unwrap();
         let known = mounts.changed(&tree, frames).unwrap().unwrap();
-        assert!((known.rig_from_camera.translation.z - 1.3).abs() < 1e-9, "{known:?}");
+        assert!((known.mounts.rig_from_camera.translation.z - 1.3).abs() < 1e-9, "{known:?}");
+        assert!(!known.by_joint);
         assert!(Mounts::new(&RigConfig::default(), Counters::default()).is_none());
+    }
+    /// Regression: what was seen was forgotten whenever a joint had moved a sensor, and a moment that tf did not have yet was taken
+    /// by the newest transform, which is another one while the joint moves.
+    #[test]
+    fn a_joint_that_moves_is_waited_for_and_one_at_rest_is_not() {
+        let mut tree = TransformTree::default();
+        let turn = |tree: &mut TransformTree, milliseconds: i64, yaw_rad: f64| {
+            let base_from_head = Isometry3::new(Vector3::zeros(), Vector3::z() * yaw_rad);
+            let stamp = frames_at(milliseconds).stamp;
+            tree.insert_timed(stamp, "base_link", "head", &base_from_head).unwrap();
+        };
+        tree.insert_fixed("head", "camera", &Isometry3::identity()).unwrap();
+        tree.insert_fixed("base_link", "laser", &Isometry3::identity()).unwrap();
+        turn(&mut tree, 0, 0.0);
+        let mut mounts = in_rig("base_link");
+        let mut take = |tree: &TransformTree, milliseconds: i64| {
+            let frames = frames_at(milliseconds);
+            let changed = mounts.changed(tree, frames)?;
+            if let Some(changed) = &changed {
+                mounts.set_in_use(changed, frames);
+            }
+            Ok::<_, TransformError>(changed.map(|changed| {
+                let (.., yaw_rad) = changed.mounts.rig_from_camera.rotation.euler_angles();
+                ((yaw_rad * 1e6).round() / 1e6, changed.by_joint)
+            }))
+        };
+        assert_eq!(take(&tree, 30), Ok(Some((0.0, false))), "the first mounts");
+        assert_eq!(take(&tree, 130), Ok(None), "at rest");
+        turn(&mut tree, 200, 0.1);
+        assert!(take(&tree, 230).is_err(), "it moves");
+        turn(&mut tree, 300, 0.2);
+        assert_eq!(take(&tree, 230), Ok(Some((0.13, true))));
+        assert_eq!(take(&tree, 300), Ok(Some((0.2, true))));
+        assert_eq!(take(&tree, 330), Ok(None), "it may have come to rest");
+        turn(&mut tree, 400, 0.3);
+        assert_eq!(take(&tree, 3_000), Ok(Some((0.3, true))), "tf has ended");
     }
 }

@@ -23,6 +23,7 @@ use super::output::Output;
 use super::rendering::RenderingReport;
 use super::restarts::RestartReport;
 use super::rig_pose::{UnusablePoseMessage, pose_of_message};
+use super::sensor_frame::{Renamed, SensorFrame};
 use super::transforms::{Transforms, WAITING_FOR_TRANSFORM};
 use super::{DetectionParameters, PoseInput};
 use crate::{
@@ -33,12 +34,17 @@ use waiting::frames_of;
 /// The cause of a drop of a message that drops no scan; the topic's name follows, and for a calibration `: ` and the reason.
 pub const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
 
+/// The cause of a drop of a scan of a second scanner on the topic.
+const ANOTHER_SCANNER: &str = "scan of another scanner";
+
 /// The core with its topics.
 pub struct Stage {
     inputs: Inputs,
     matcher: Matcher<Scan, ViewMessage>,
     detector: Detector,
     camera: Camera,
+    scanner_frame: SensorFrame,
+    camera_frame: SensorFrame,
     /// Why its first calibration of those that cannot be used is none.
     camera_refused: Option<String>,
     extrinsics: Option<ExtrinsicsCheck>,
@@ -73,6 +79,8 @@ impl Stage {
             extrinsics: ExtrinsicsCheck::new(parameters, detector.mounts(), node.counters())?,
             camera: Camera::new(parameters, &detector, node.counters())?,
             camera_refused: None,
+            scanner_frame: SensorFrame::default(),
+            camera_frame: SensorFrame::default(),
             detector,
             matcher: match parameters.pose_source {
                 PoseInput::Tf => Matcher::without_poses(config),
@@ -143,7 +151,15 @@ impl Stage {
         self.may_go_on = true;
         let events = match arrival {
             Arrival::Scan(message) => match convert::scan_from_message(&message) {
-                Ok(scan) => self.matcher.push_scan(scan.stamp, scan),
+                Ok(scan) => match self.scanner_frame.take(&scan.frame_id, scan.stamp) {
+                    Ok(renamed) => {
+                        self.report_renamed(Input::Scan, renamed);
+                        self.matcher.push_scan(scan.stamp, scan)
+                    }
+                    Err(other) => {
+                        return self.drop_scan(scan.stamp, ANOTHER_SCANNER, &other.to_string());
+                    }
+                },
                 Err(error) => {
                     let stamp = convert::stamp_from_time(message.header.stamp);
                     return self.drop_scan(stamp, "malformed scan", &error.to_string());
@@ -159,6 +175,10 @@ impl Stage {
             },
             Arrival::View(message) => {
                 self.output.view_taken(message.stamp());
+                match self.camera_frame.take(message.frame_id(), message.stamp()) {
+                    Ok(renamed) => self.report_renamed(Input::Cloud, renamed),
+                    Err(other) => return self.refuse(Input::Cloud, &other.to_string()),
+                }
                 return self.take_view(message);
             }
             Arrival::Path(message) => match convert::map_path_from_message(&message) {
@@ -351,12 +371,17 @@ impl Stage {
         let mut by_tf = None;
         if let Some(transforms) = &mut self.transforms {
             let frames = frames_of(matched);
-            if let Some(mounts) = transforms.changed_mounts(frames)? {
-                self.detector.mount(&mounts)?;
+            if let Some(changed) = transforms.changed_mounts(frames)? {
+                let mounts = &changed.mounts;
+                if changed.by_joint {
+                    self.detector.follow_mounts(mounts)?;
+                } else {
+                    self.detector.mount(mounts)?;
+                }
                 self.camera.mount(&self.detector);
-                transforms.set_in_use(&mounts, frames);
+                transforms.set_in_use(&changed, frames);
                 if let Some(check) = &mut self.extrinsics {
-                    check.mount(&mounts);
+                    check.mount(mounts);
                 }
             }
             by_tf = transforms.pose_at(matched.cloud_stamp)?;
@@ -440,6 +465,13 @@ impl Stage {
             let [topic, _] = self.inputs.colour_topics();
             let topic = if is_of_camera { topic } else { self.inputs.view_topic() };
             self.refuse_on(topic, &reason.to_string());
+        }
+    }
+
+    fn report_renamed(&self, input: Input, renamed: Option<Renamed>) {
+        if let Some(Renamed { from, to }) = renamed {
+            let topic = self.inputs.topic(input);
+            tracing::warn!("{topic}: the frame of the sensor changed from {from} to {to}");
         }
     }
 

@@ -34,8 +34,7 @@ impl TransformState {
             Some(Line::Waits) => tracing::warn!("{condition}: {text}"),
             Some(Line::IsKnown) => tracing::info!("{condition}: {text}"),
             Some(Line::HasChanged { unreported }) => tracing::warn!(
-                "{condition}: it has changed, and earlier observations are discarded: {text} ({unreported} more changes since \
-                 the last warning)"
+                "{condition}: it has changed: {text} ({unreported} more changes since the last warning)"
             ),
             None => {}
         }

@@ -1,10 +1,10 @@
 //! What tf gives of a cycle: the mounts of the sensors, the pose of the rig, or both.
 
-use geometry::{ExtrinsicsSource, RigMounts, Stamp, StampedPose};
+use geometry::{ExtrinsicsSource, Stamp, StampedPose};
 use node_shell::{Node, ShellError, TransformArrival, TransformError, TransformListener};
 
 use super::inputs::PoseMessage;
-use super::mounts::{Mounts, SensorFrames};
+use super::mounts::{ChangedMounts, Mounts, SensorFrames};
 use super::rig_pose::{TfPose, UnusablePoseMessage, pose_of_message};
 use super::{DetectionParameters, PoseInput};
 
@@ -75,15 +75,15 @@ impl Transforms {
     pub(super) fn changed_mounts(
         &mut self,
         frames: SensorFrames<'_>,
-    ) -> Result<Option<RigMounts>, TransformError> {
+    ) -> Result<Option<ChangedMounts>, TransformError> {
         let mounts = self.mounts.as_mut();
         mounts.map_or(Ok(None), |mounts| mounts.changed(self.listener.tree(), frames))
     }
 
     /// [`Mounts::set_in_use`].
-    pub(super) fn set_in_use(&mut self, mounts: &RigMounts, frames: SensorFrames<'_>) {
+    pub(super) fn set_in_use(&mut self, changed: &ChangedMounts, frames: SensorFrames<'_>) {
         if let Some(known) = &mut self.mounts {
-            known.set_in_use(mounts, frames);
+            known.set_in_use(changed, frames);
         }
     }
 

@@ -17,17 +17,15 @@ pub(in crate::detector) struct FreeSpaceFinder {
 }
 
 impl FreeSpaceFinder {
-    pub(super) fn new(config: &DetectionConfig, rig_from_lidar: Isometry3<f64>) -> Self {
-        Self {
-            motion: MotionFinder::new(config, rig_from_lidar),
-            continuous: ContinuousFrame::default(),
-        }
+    pub(super) fn new(config: &DetectionConfig) -> Self {
+        Self { motion: MotionFinder::new(config), continuous: ContinuousFrame::default() }
     }
 
     pub(super) fn find(
         &mut self,
         input: &CycleInput<'_>,
         beams: &ScanBeams,
+        rig_from_lidar: &Isometry3<f64>,
         observe: &mut impl FnMut(Step),
     ) -> Found {
         let map_from_continuous =
@@ -41,6 +39,7 @@ impl FreeSpaceFinder {
         let motion_input = MotionInput {
             scan: input.scan,
             beams: &beams.all,
+            rig_from_lidar,
             map_from_rig: &continuous_from_rig,
             map_frame_id: input.map_frame_id,
             pose_stamp: input.view.stamp(),

@@ -1,4 +1,4 @@
-use geometry::{DynamicZone, pose_from_vector};
+use geometry::{DynamicZone, RigMounts, pose_from_vector};
 
 use super::super::testing::{Dice, PERIOD_S, Wall, cuboid, room};
 use super::world::{World, seen_from};
@@ -205,4 +205,37 @@ fn an_object_in_empty_space_has_a_zone_until_it_has_stopped_for_too_long() {
     };
     assert!(within(0.0, 1.9).count() > 5 && within(0.0, 1.9).all(|(_, found)| *found), "{found:?}");
     assert!(within(3.0, 9.0).count() > 9 && within(3.0, 9.0).all(|(_, found)| !found), "{found:?}");
+}
+
+/// Regression: with a scanner or camera on a joint (a head that pans and tilts, a base levelled by an IMU) each cycle had other mounts
+/// than the last, what was seen was forgotten each time, and nothing was ever found.
+#[test]
+fn who_walks_is_found_by_a_scanner_on_a_joint_that_turns() {
+    let mut world = World::new(3);
+    let at_rest = world.detector.mounts().rig_from_lidar;
+    let rig = pose_from_vector(&[0.0; 6]);
+    let mut found = Vec::new();
+    for cycle in 0..70_u32 {
+        let time_s = f64::from(cycle) * PERIOD_S;
+        let [_, _, _, yaw_rad, ..] = back_and_forth(time_s);
+        let joint = pose_from_vector(&[0.0, 0.0, 0.0, yaw_rad, 0.0, 0.0]);
+        let rig_from_lidar = joint * at_rest;
+        let mounts = RigMounts { rig_from_lidar, ..*world.detector.mounts() };
+        world.detector.follow_mounts(&mounts).unwrap();
+        let mut walls = room();
+        let place_m = [2.5, 2.4 - 1.2 * (time_s - 6.0)];
+        if time_s > 6.0 {
+            walls.extend(cuboid(place_m, [0.3, 0.4]));
+        }
+        let scan = world.scanner.scan(&walls, &rig_from_lidar, cycle, &mut world.dice);
+        let zones = world.step_with(&scan, &rig).cycle.zones;
+        let (azimuth_rad, _) = seen_from(&rig, place_m);
+        if time_s <= 6.0 {
+            assert_eq!(zones, [], "in the empty room, cycle {cycle}");
+        } else if azimuth_rad.abs() < 0.7 {
+            found.push(is_in_a_zone(&zones, azimuth_rad));
+        }
+    }
+    let missed = found.iter().filter(|found| !**found).count();
+    assert!(found.len() >= 15 && missed <= 2, "{found:?}");
 }

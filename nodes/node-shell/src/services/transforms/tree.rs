@@ -147,11 +147,33 @@ impl TransformTree {
         source: &str,
         stamp: Option<Stamp>,
     ) -> Result<Isometry3<f64>, TransformError> {
+        let [of_target, of_source] = self.branches(target, source)?;
+        let common_from_target = self.chain(&of_target, stamp)?;
+        let common_from_source = self.chain(&of_source, stamp)?;
+        Ok(common_from_target.inverse() * common_from_source)
+    }
+
+    /// Whether a joint may move one of the two relative to the other: a transform between them is one of a moment.
+    ///
+    /// # Errors
+    /// When a frame is missing, or the two are not connected.
+    pub fn is_jointed(&self, target: &str, source: &str) -> Result<bool, TransformError> {
+        let branches = self.branches(target, source)?;
+        let mut edges = branches.iter().flatten().filter_map(|child| self.edges.get(*child));
+        Ok(edges.any(|edge| matches!(edge.kind, Kind::Timed(_))))
+    }
+
+    /// The frames from each of the two up to below the frame in which both are.
+    fn branches<'a>(
+        &'a self,
+        target: &'a str,
+        source: &'a str,
+    ) -> Result<[Vec<&'a str>; 2], TransformError> {
         let (target, source) = (name_of(target), name_of(source));
         for frame in [target, source] {
             self.check_known(frame)?;
         }
-        let (to_target, to_source) = (self.ancestors(target), self.ancestors(source));
+        let (mut to_target, mut to_source) = (self.ancestors(target), self.ancestors(source));
         let Some((up_target, up_source)) = meeting(&to_target, &to_source) else {
             let root =
                 |ancestors: &[&str]| ancestors.last().copied().unwrap_or_default().to_owned();
@@ -162,9 +184,9 @@ impl TransformTree {
                 source_root: root(&to_source),
             });
         };
-        let common_from_target = self.chain(to_target.get(..up_target), stamp)?;
-        let common_from_source = self.chain(to_source.get(..up_source), stamp)?;
-        Ok(common_from_target.inverse() * common_from_source)
+        to_target.truncate(up_target);
+        to_source.truncate(up_source);
+        Ok([to_target, to_source])
     }
 
     /// Forgets what is of a moment, as after a jump of the clock. Fixed transforms stay.
@@ -228,13 +250,11 @@ impl TransformTree {
     /// The transform from the first of these frames to the parent of the last one.
     fn chain(
         &self,
-        frames: Option<&[&str]>,
+        frames: &[&str],
         stamp: Option<Stamp>,
     ) -> Result<Isometry3<f64>, TransformError> {
         let mut top_from_frame = Isometry3::identity();
-        for (child, edge) in
-            frames.into_iter().flatten().filter_map(|child| self.edges.get_key_value(*child))
-        {
+        for (child, edge) in frames.iter().filter_map(|child| self.edges.get_key_value(*child)) {
             let parent_from_child = match &edge.kind {
                 Kind::Fixed(parent_from_child) => *parent_from_child,
                 Kind::Timed(poses) => match pose_at(poses, stamp) {
