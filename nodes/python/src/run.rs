@@ -81,7 +81,7 @@ impl Run {
     /// Where the poses come from, where it is not a topic of PoseStamped.
     #[getter]
     fn note(&self) -> PyResult<Option<String>> {
-        Ok(self.lock()?.note().map(str::to_owned))
+        Ok(self.lock()?.note())
     }
 
     /// What was lost of the input, and what is wrong with it, as `stillmap run` prints it. Complete at the end of the bag, and before

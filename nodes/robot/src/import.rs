@@ -1,7 +1,7 @@
 //! `stillmap import`: conversion of recorded data sets to bags.
 
 mod added_scans;
-mod bag;
+pub(crate) mod bag;
 mod clouds;
 mod csv;
 mod depth;
@@ -11,6 +11,7 @@ mod scan_cut;
 pub mod tum;
 mod velodyne;
 
+pub(crate) use added_scans::AddedScans;
 pub(crate) use depth_png::numbered_pictures;
 
 use bag_player::BagSummary;

@@ -33,6 +33,7 @@ use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 use reconstruction::{GridError, MeshError, MeshForm};
 use report::{DynamicScore, RunRecord, Summary};
+use tempfile::TempDir;
 
 use self::chosen::Chosen;
 pub(crate) use self::chosen::choose_inputs;
@@ -49,7 +50,8 @@ pub(crate) use self::recorder::Stage;
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
-use crate::import::tum;
+use crate::import::bag::copy_to;
+use crate::import::{AddedScans, tum};
 use crate::interrupt::Interrupt;
 use crate::lidar::{self, LidarSource, RoadArgs};
 use crate::open_bag::open_bag;
@@ -64,7 +66,7 @@ use crate::visual::write_trajectory;
 
 With --pose lidar the scans of a turning LiDAR become a road map: those of a bag with its clouds or packets. The other topics of
 the bag are not used. A capture of a Velodyne (pcap, pcapng) and a folder of KITTI's need no --pose. A sequence of the TUM benchmark is
-imported to a temporary bag first, with scans that are cut out of its depth images.")]
+imported to a temporary bag first. Scans of a recording without a 2D scanner are cut out of its depth images.")]
 pub struct RunArgs {
     /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content), a rosbag2 folder, a folder of the TUM benchmark, or a LiDAR's recording: a
     /// capture, or a folder of scans
@@ -179,10 +181,7 @@ fn run_sequence(
     // What can be refused is refused before the import.
     refuse_results(&args.out, args.how.overwrite)?;
     PipelineParameters::load(&args.how.parameters)?;
-    let folder = tempfile::Builder::new()
-        .prefix("stillmap-bag-")
-        .tempdir()
-        .map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))?;
+    let folder = folder_for_bag()?;
     let bag = folder.path().join(format!("{}.mcap", bag_name(&args.bag)));
     console::note(
         "a sequence of the TUM benchmark: it is imported to a temporary bag first, with scans that are cut out of its depth images",
@@ -193,6 +192,32 @@ fn run_sequence(
         return Ok(Outcome::Interrupted);
     }
     run_bag(&bag, &args.out, &args.topics, how, scoring, interrupt)
+}
+
+/// A folder of its own, which is gone afterwards.
+fn folder_for_bag() -> Result<TempDir, Failure> {
+    let folder = tempfile::Builder::new().prefix("stillmap-bag-").tempdir();
+    folder.map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))
+}
+
+/// A copy of a bag with scans, which is gone afterwards.
+struct ScannedBag {
+    bag: PathBuf,
+    _folder: TempDir,
+}
+
+impl ScannedBag {
+    fn of(
+        (bag, info): (&Bag, &BagInfo),
+        name: &str,
+        added: AddedScans,
+        interrupt: &Interrupt,
+    ) -> Result<Self, Failure> {
+        let folder = folder_for_bag()?;
+        let path = folder.path().join(format!("{name}.mcap"));
+        copy_to(&path, (bag, info), Some(added), interrupt)?;
+        Ok(Self { bag: path, _folder: folder })
+    }
 }
 
 /// Whether a recording is a bag with a 2D scanner.
@@ -229,8 +254,8 @@ pub fn run_bag(
     refuse_results(out, how.overwrite)?;
     how.drawings.refuse(how.overwrite)?;
     let chosen = Chosen::of(bag_path, topics, &how.parameters, how.no_colour)?;
-    let Chosen { bag, info, inputs, parameters, note } = chosen;
-    note.into_iter().for_each(console::note);
+    let Chosen { bag, info, added_scans, inputs, parameters, notes } = chosen;
+    notes.into_iter().for_each(console::note);
     if !(how.rate.is_finite() && how.rate > 0.0) {
         return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
             .fix("1 plays as recorded, 0.5 half as fast"));
@@ -248,12 +273,16 @@ pub fn run_bag(
         match transport {
             TransportName::Local => {
                 let how = (&parameters, how.mesh.is_some());
-                run_locally(&bag, &info, &inputs, how, interrupt)?
+                run_locally(&bag, &info, (&inputs, added_scans), how, interrupt)?
             }
             TransportName::Dds => {
                 let bag_name = bag_name(bag_path);
+                // The player needs them in a bag.
+                let scanned = added_scans
+                    .map(|added| ScannedBag::of((&bag, &info), &bag_name, added, interrupt))
+                    .transpose()?;
                 let playback = dds::Playback {
-                    bag: bag_path,
+                    bag: scanned.as_ref().map_or(bag_path, |scanned| &scanned.bag),
                     bag_name: &bag_name,
                     rate: how.rate,
                     parameters: folder.parameters(),
@@ -348,7 +377,7 @@ struct Finished {
 fn run_locally(
     bag: &Bag,
     info: &BagInfo,
-    inputs: &Inputs,
+    (inputs, added_scans): (&Inputs, Option<AddedScans>),
     (parameters, wants_mesh): (&PipelineParameters, bool),
     interrupt: &Interrupt,
 ) -> Result<Finished, Failure> {
@@ -356,7 +385,8 @@ fn run_locally(
     let messages = topics.iter().map(|(_, topic)| messages_on(info, topic)).sum();
     let progress = Progress::new("mapping", messages);
     let how = (parameters, wants_mesh);
-    let run = local::run(bag, inputs, how, &bag_name(bag.path()), (&progress, interrupt))?;
+    let (name, inputs) = (bag_name(bag.path()), (inputs, added_scans));
+    let run = local::run(bag, inputs, how, &name, (&progress, interrupt))?;
     progress.finish();
     let LocalRun { record, poses, grid, mesh, is_interrupted, .. } = run;
     let losses = InputLosses {

@@ -28,6 +28,34 @@ fn messages<M: msgs::RosMessage>(bag: &Path, topic: &str) -> Vec<M> {
     bag.messages(&selection).unwrap().map(|message| message.unwrap().decode().unwrap()).collect()
 }
 
+/// Regression: a bag of a camera alone was refused, with the name of the command that adds the scans.
+#[test]
+fn a_bag_without_a_scanner_is_run_with_scans_of_its_depth_images() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let shown = |name: &str| path(name).to_str().unwrap().to_owned();
+    let scene = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../nodes/laboratory/simulator/scenes/sensors/no-laser.yaml"
+    );
+    let (bag, with_scan) = (shown("camera.mcap"), shown("with_scan.mcap"));
+    let small = ["--depth-size", "80", "60", "--seconds", "2", "-o", &bag];
+    succeed([&["simulate", scene][..], &small].concat());
+    succeed(["import", "bag", &bag, "--scan-from-depth", "-o", &with_scan]);
+    succeed(["run", &with_scan, "--out", &shown("imported")]);
+    let map = |out: &str| std::fs::read(path(out).join("map.ply")).unwrap();
+    for transport in ["local", "dds"] {
+        let out = shown(transport);
+        let how = ["run", &bag, "--transport", transport, "--rate", "2", "--out", &out];
+        let output = stillmap(how);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{stderr}");
+        let note = "scans are cut out of the depth images of /camera/depth/image_raw";
+        assert!(stderr.contains(note), "{stderr}");
+        assert!(map(transport) == map("imported"), "{transport}");
+    }
+}
+
 #[test]
 fn numbered_depth_pictures_become_images_scans_and_labels() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
 //! `stillmap import bag`: conversion of a bag of any readable format to an MCAP file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use bag_player::{BagError, BagSummary, Selection, convert_ros1, is_ros1};
+use bag_player::{Bag, BagError, BagInfo, BagSummary, Messages, Selection, convert_ros1, is_ros1};
 use clap::Args;
 
 use super::added_scans::AddedScans;
@@ -73,21 +73,8 @@ fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String
     let failed = |error: BagError| Failure::new(error.to_string());
     let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;
-    let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
-    let mut added = AddedScans::new(&args.scan, &info)?;
-    let mut copy = BagCopy::begin(args.output.path(), &info).map_err(failed)?;
-    for message in messages.by_ref() {
-        if interrupt.has_come() {
-            break;
-        }
-        let message = message.map_err(failed)?;
-        if let Some(scan) =
-            added.as_mut().map(|added| added.scan_of(&message)).transpose()?.flatten()
-        {
-            copy.write(&scan).map_err(failed)?;
-        }
-        copy.write(&message).map_err(failed)?;
-    }
+    let added = AddedScans::new(&args.scan, &info)?;
+    let (summary, messages) = copy_to(args.output.path(), (&bag, &info), added, interrupt)?;
     let mut lost: Vec<String> =
         messages.losses().iter().map(|loss| format!("lost: {loss}")).collect();
     lost.extend(messages.skipped().iter().map(|(topic, skipped)| {
@@ -96,6 +83,29 @@ fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String
             skipped.messages, skipped.encoding
         )
     }));
-    let summary = copy.finish().map_err(failed)?;
     Ok((summary, lost))
+}
+
+/// Copies the messages of a bag to another one, with scans; returns the reader for what it could not read.
+pub(crate) fn copy_to(
+    output: &Path,
+    (bag, info): (&Bag, &BagInfo),
+    mut added: Option<AddedScans>,
+    interrupt: &Interrupt,
+) -> Result<(BagSummary, Messages), Failure> {
+    let failed = |error: BagError| Failure::new(error.to_string());
+    let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
+    let mut copy = BagCopy::begin(output, info).map_err(failed)?;
+    for message in messages.by_ref() {
+        if interrupt.has_come() {
+            break;
+        }
+        let message = message.map_err(failed)?;
+        let before = added.as_mut().map(|added| added.before(&message)).transpose()?;
+        for added in before.into_iter().flatten() {
+            copy.write(&added).map_err(failed)?;
+        }
+        copy.write(&message).map_err(failed)?;
+    }
+    Ok((copy.finish().map_err(failed)?, messages))
 }

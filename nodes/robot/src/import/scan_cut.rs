@@ -55,6 +55,14 @@ impl ScanCut {
         Self { parameters: Some(ScanFromDepth::default()), cutter: None }
     }
 
+    /// The height of the scans above the camera's optical centre.
+    pub(crate) fn height_m(&self) -> f64 {
+        match self.parameters.as_ref().map(|parameters| parameters.band) {
+            Some(ScanBand::Height { plane_height_m, .. }) => plane_height_m,
+            Some(ScanBand::Rows { .. }) | None => 0.0,
+        }
+    }
+
     /// The scan of an image.
     pub(crate) fn scan(
         &mut self,

@@ -12,16 +12,20 @@ use super::parameters::{ParameterArgs, PipelineParameters};
 use super::pose_topics::{PoseSource, PoseTopicKind};
 use super::tf_frames;
 use crate::failure::Failure;
+use crate::import::AddedScans;
 use crate::open_bag::open_bag;
 
 /// A bag with what is chosen for a run over it.
 pub(super) struct Chosen {
     pub(super) bag: Bag,
+    /// With the scans that are added.
     pub(super) info: BagInfo,
+    /// The scans of a bag without a scanner.
+    pub(super) added_scans: Option<AddedScans>,
     pub(super) inputs: Inputs,
     pub(super) parameters: PipelineParameters,
-    /// Where the poses come from, where the user would not expect it.
-    pub(super) note: Option<String>,
+    /// Where the scans and the poses come from, where the user would not expect it.
+    pub(super) notes: Vec<String>,
 }
 
 impl Chosen {
@@ -36,11 +40,21 @@ impl Chosen {
         wants_no_colour: bool,
     ) -> Result<Self, Failure> {
         let bag = open_bag(path)?;
-        let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+        let mut info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
+        let added_scans = AddedScans::where_needed(topics, (&bag, &info))?;
+        let mut notes = Vec::new();
+        if let Some(added) = &added_scans {
+            info = added.listed_in(info);
+            notes.push(format!(
+                "the bag has no 2D laser scan: scans are cut out of the depth images of {}, as by `stillmap import bag --scan-from-depth`",
+                added.image()
+            ));
+        }
         let mut parameters = PipelineParameters::load(parameters)?;
         let (mut inputs, note) = choose_inputs(&bag, &info, topics, &mut parameters)?;
         choose_colours((&bag, &info), topics, wants_no_colour, &mut inputs, &mut parameters)?;
-        Ok(Self { bag, info, inputs, parameters, note })
+        notes.extend(note);
+        Ok(Self { bag, info, added_scans, inputs, parameters, notes })
     }
 }
 

@@ -38,7 +38,7 @@ pub struct CycleFinding {
 pub struct CycleRun {
     state: State,
     bag_name: String,
-    note: Option<String>,
+    notes: Vec<String>,
     detected: ValueSubscription<DetectedCycle>,
     segmented: ValueSubscription<SegmentedCycle>,
     tracks: ValueSubscription<CycleTracks>,
@@ -76,8 +76,8 @@ impl CycleRun {
                 .fix("`stillmap run --pose lidar` makes it"));
         }
         let chosen = Chosen::of(bag, topics, parameters, wants_no_colour)?;
-        let Chosen { bag, inputs, parameters, note, .. } = chosen;
-        let passage = Passage::begin(&bag, inputs, &parameters)?;
+        let Chosen { bag, added_scans, inputs, parameters, notes, .. } = chosen;
+        let passage = Passage::begin(&bag, (inputs, added_scans), &parameters)?;
         let of_node = |error: NodeFailure| Failure::new(error.to_string());
         let of_shell = |error: node_shell::ShellError| Failure::new(error.to_string());
         let listener = passage.pipeline.listener().map_err(of_node)?;
@@ -85,7 +85,7 @@ impl CycleRun {
         let qos = Qos::reliable(parameters.detection().max_waiting_scans.saturating_add(1));
         Ok(Self {
             bag_name: bag_name(bag.path()),
-            note,
+            notes,
             detected: listener.value_subscription("reduced_cloud", &qos).map_err(of_shell)?,
             segmented: listener.value_subscription("segmented_cloud", &qos).map_err(of_shell)?,
             tracks: listener.value_subscription("tracks", &qos).map_err(of_shell)?,
@@ -97,10 +97,10 @@ impl CycleRun {
         })
     }
 
-    /// Where the poses come from, where it is not a topic of PoseStamped.
+    /// Where the scans come from, where the bag has none, and the poses, where it is not a topic of PoseStamped.
     #[must_use]
-    pub fn note(&self) -> Option<&str> {
-        self.note.as_deref()
+    pub fn note(&self) -> Option<String> {
+        (!self.notes.is_empty()).then(|| self.notes.join("\n"))
     }
 
     /// Processes the next message of the bag; `false` at its end. It may complete cycles, and so may the end: see

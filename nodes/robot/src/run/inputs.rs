@@ -92,7 +92,7 @@ pub(crate) const TF_STATIC: &str = "/tf_static";
 pub(crate) const TF: &str = "/tf";
 
 /// The scans of scanners that report several returns of a beam, which are not read.
-const MULTI_ECHO: &str = "sensor_msgs/msg/MultiEchoLaserScan";
+pub(crate) const MULTI_ECHO: &str = "sensor_msgs/msg/MultiEchoLaserScan";
 
 impl Inputs {
     /// Chooses the topics of a bag: those that the user named, else the only one of its type, else the
@@ -119,14 +119,7 @@ impl Inputs {
     ) -> Result<Self, Failure> {
         let choose = Chooser { offer };
         let scan = choose.scan(args)?;
-        let view = match &args.points {
-            Some(points) => ViewTopics::Points(choose.topic::<PointCloud2>(
-                &Some(points.clone()),
-                "--points",
-                &[],
-            )?),
-            None => choose.view(args)?,
-        };
+        let view = choose.chosen_view(args)?;
         let pose = choose.pose(args, &view, preferred)?;
         let transforms = [TF_STATIC, TF].into_iter().filter(|name| choose.has_tf(name)).collect();
         Ok(Self { scan, view, pose, colour: None, labels: None, transforms })
@@ -181,8 +174,8 @@ impl Inputs {
 }
 
 /// Where the points of a bag come from.
-pub(crate) fn view_of(info: &BagInfo) -> Result<ViewTopics, Failure> {
-    Chooser { offer: &Offer::of_bag(info) }.view(&TopicArgs::default())
+pub(crate) fn view_of(info: &BagInfo, topics: &TopicArgs) -> Result<ViewTopics, Failure> {
+    Chooser { offer: &Offer::of_bag(info) }.chosen_view(topics)
 }
 
 struct Chooser<'a> {
@@ -215,15 +208,27 @@ impl Chooser<'_> {
                 "start the driver of the scanner".to_owned()
             } else if self.offer.is_of_a_lidar_alone() {
                 "`stillmap run BAG --pose lidar` makes a map of the scans of a 3D LiDAR alone".to_owned()
+            } else if self.of_type(Image::TYPE_NAME).is_empty() && self.compressed_depths().is_empty() {
+                format!("it has no depth images to cut scans out of, either; {}", self.offer.listed_by())
             } else {
                 format!(
-                    "without a scanner, `stillmap import bag BAG --scan-from-depth -o OUT` adds scans that are cut out of the depth \
-                     images; {}",
+                    "without a scanner `stillmap run` cuts scans out of the depth images, and `stillmap import bag BAG --scan-from-depth \
+                     -o OUT` adds them to a bag; {}",
                     self.offer.listed_by()
                 )
             }));
         }
         self.topic::<LaserScan>(&args.scan, "--scan", &["scan"])
+    }
+
+    fn chosen_view(&self, args: &TopicArgs) -> Result<ViewTopics, Failure> {
+        match &args.points {
+            Some(_) => {
+                let points = self.topic::<PointCloud2>(&args.points, "--points", &[])?;
+                Ok(ViewTopics::Points(points))
+            }
+            None => self.view(args),
+        }
     }
 
     fn view(&self, args: &TopicArgs) -> Result<ViewTopics, Failure> {

@@ -15,6 +15,7 @@ use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
 use super::pose_topics::{PoseSource, PoseTopicKind};
 use crate::failure::Failure;
+use crate::import::AddedScans;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::visual::FeedError;
@@ -41,13 +42,14 @@ pub(super) struct Passage {
     pub(super) pipeline: Pipeline,
     messages: Messages,
     inputs: Inputs,
+    added_scans: Option<AddedScans>,
 }
 
 impl Passage {
     /// Begins with the first message.
     pub(super) fn begin(
         bag: &Bag,
-        inputs: Inputs,
+        (inputs, added_scans): (Inputs, Option<AddedScans>),
         parameters: &PipelineParameters,
     ) -> Result<Self, Failure> {
         let pipeline = pipeline_for(&inputs, parameters)
@@ -55,10 +57,12 @@ impl Passage {
         let sensors = inputs.by_node_name().into_iter().map(|(_, topic)| topic);
         let topics: BTreeSet<String> =
             sensors.chain(inputs.transforms.iter().copied()).map(str::to_owned).collect();
-        let topics = topics.into_iter().collect();
+        // Those of the scans that are added are not in the bag.
+        let is_added = |topic: &String| added_scans.is_some() && *topic == inputs.scan;
+        let topics = topics.into_iter().filter(|topic| !is_added(topic)).collect();
         let selection = Selection { topics: Some(topics), ..Selection::default() };
         let messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
-        Ok(Self { pipeline, messages, inputs })
+        Ok(Self { pipeline, messages, inputs, added_scans })
     }
 
     /// Passes the next message to the nodes and lets them process it; `false` after the last one.
@@ -66,6 +70,18 @@ impl Passage {
         let Some(message) = self.messages.next() else { return Ok(false) };
         let message = message.map_err(|error| Failure::new(error.to_string()))?;
         let pipeline = &mut self.pipeline;
+        match self.added_scans.as_mut().map(|added| added.before(&message)) {
+            Some(Ok(before)) => {
+                for added in before {
+                    match publish(&added, &self.inputs, pipeline.sensors()) {
+                        Ok(()) => pipeline.flow(),
+                        Err(error) => pipeline.dropped(&added.topic, &error.to_string()),
+                    }
+                }
+            }
+            Some(Err(failure)) => pipeline.dropped(&self.inputs.scan, &failure.to_string()),
+            None => {}
+        }
         let fed = pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
         match fed.and_then(|()| publish(&message, &self.inputs, pipeline.sensors())) {
             Ok(()) => pipeline.flow(),
@@ -88,12 +104,12 @@ impl Passage {
 /// Runs a bag through the nodes.
 pub(crate) fn run(
     bag: &Bag,
-    inputs: &Inputs,
+    (inputs, added_scans): (&Inputs, Option<AddedScans>),
     (parameters, wants_mesh): (&PipelineParameters, bool),
     bag_name: &str,
     (progress, interrupt): (&Progress, &Interrupt),
 ) -> Result<LocalRun, Failure> {
-    let mut passage = Passage::begin(bag, inputs.clone(), parameters)?;
+    let mut passage = Passage::begin(bag, (inputs.clone(), added_scans), parameters)?;
     let is_interrupted = loop {
         if interrupt.has_come() {
             break true;
