@@ -12,7 +12,7 @@ use crate::config::FreeSpaceConfig;
 /// Bounds are at so many standard deviations: one beam in eighty is beyond, and no decision depends on one beam.
 pub(super) const SIGMAS: f64 = 2.5;
 /// Beams of a scan are neighbours when they are at most so many mean steps apart.
-const NEIGHBOUR_STEPS: f64 = 1.5;
+pub(super) const NEIGHBOUR_STEPS: f64 = 1.5;
 /// A beam is measured at most so long before or after the pose; otherwise the stamps are wrong.
 const LONGEST_SKEW_S: f64 = 1.0;
 /// A surface at a more grazing angle is not distinguished from a step in depth: tan(80 degrees).
@@ -86,8 +86,8 @@ pub(super) struct DeskewInput<'a> {
 }
 
 impl DeskewedScan {
-    /// Deskews a scan. If the scan states a time increment, each beam is moved by the platform's twist from where it was
-    /// measured into the rig frame of the cycle's pose; on a static platform no beam is moved.
+    /// Deskews a scan. Each beam is moved by the platform's twist from where it was measured into the rig frame of the cycle's
+    /// pose; on a static platform no beam is moved. Without a time increment all beams are measured at the scan's stamp.
     pub(super) fn new(input: &DeskewInput<'_>, config: &FreeSpaceConfig) -> Self {
         let DeskewInput { scan, beams, rig_from_lidar, map_from_rig, motion, .. } = *input;
         let step_rad = f64::from(scan.angle_increment_rad).abs();
@@ -214,13 +214,15 @@ impl BeamClock {
         let scan = input.scan;
         let increment_s = f64::from(scan.time_increment_s);
         let first_after_pose_s = scan.stamp.seconds_since(input.pose_stamp);
-        let turn_s = increment_s * scan.ranges_m.len() as f64;
-        let is_sane = increment_s > 0.0
-            && turn_s <= LONGEST_SKEW_S
-            && first_after_pose_s.abs() <= LONGEST_SKEW_S;
-        let (first_after_pose_s, increment_s) =
-            if is_sane { (first_after_pose_s, increment_s) } else { (0.0, 0.0) };
-        Self { first_after_pose_s, increment_s, beams: scan.ranges_m.len(), order }
+        let beams = scan.ranges_m.len();
+        let is_near = first_after_pose_s.abs() <= LONGEST_SKEW_S;
+        let is_increment = increment_s > 0.0 && increment_s * beams as f64 <= LONGEST_SKEW_S;
+        Self {
+            first_after_pose_s: if is_near { first_after_pose_s } else { 0.0 },
+            increment_s: if is_near && is_increment { increment_s } else { 0.0 },
+            beams,
+            order,
+        }
     }
 
     fn of(&self, index: usize) -> BeamTime {

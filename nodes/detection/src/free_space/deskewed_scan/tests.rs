@@ -7,6 +7,11 @@ use crate::aperture::Aperture;
 
 /// A turn of a platform that turns at 0.5 rad/s and goes at 0.5 m/s, of a scan with a time increment.
 fn turn_in_motion(order: BeamOrder, time_increment_s: f32) -> DeskewedScan {
+    turn_after_pose(order, time_increment_s, 0.0)
+}
+
+/// The same with the scan's stamp this long after that of the pose.
+fn turn_after_pose(order: BeamOrder, time_increment_s: f32, after_pose_s: f64) -> DeskewedScan {
     let config = FreeSpaceConfig { beam_order: order, ..FreeSpaceConfig::default() };
     let mut follower = PlatformMotion::new(&config);
     let pose_at = |time_s: f64| pose_from_vector(&[0.5 * time_s, 0.0, 0.0, 0.5 * time_s, 0.0, 0.0]);
@@ -16,7 +21,8 @@ fn turn_in_motion(order: BeamOrder, time_increment_s: f32) -> DeskewedScan {
         let stamp = Stamp::default().plus_seconds(time_s);
         motion = Some(follower.advance(stamp, &pose_at(time_s), "map"));
     }
-    let stamp = Stamp::default().plus_seconds(0.2);
+    let pose_stamp = Stamp::default().plus_seconds(0.2);
+    let stamp = pose_stamp.plus_seconds(after_pose_s);
     let scan = Scan { stamp, ranges_m: vec![2.0; 360], time_increment_s, ..empty_scan() };
     let beams =
         Aperture::new(&scan, &Isometry3::identity(), std::f64::consts::TAU).unwrap().crop(&scan);
@@ -25,7 +31,7 @@ fn turn_in_motion(order: BeamOrder, time_increment_s: f32) -> DeskewedScan {
         beams: &beams,
         rig_from_lidar: &Isometry3::identity(),
         map_from_rig: &pose_at(0.2),
-        pose_stamp: stamp,
+        pose_stamp,
         motion: &motion.unwrap(),
     };
     DeskewedScan::new(&input, &config)
@@ -59,6 +65,22 @@ fn beams_are_moved_to_the_time_of_the_pose_by_their_order() {
         |beam: usize| unknown.beams[beam].bearing_error_rad - known.beams[beam].bearing_error_rad;
     assert!((lost_rad(0) - 0.025).abs() < 1e-3);
     assert!(lost_rad(180).abs() < 1e-3);
+}
+
+/// Regression: a scan without a time increment, as simulators and many drivers send it, was taken to be of the pose's stamp, which
+/// is that of the image.
+#[test]
+fn a_scan_without_a_time_increment_is_moved_from_its_own_stamp() {
+    for (after_pose_s, turned_rad) in [(0.0, 0.0), (0.05, 0.025), (-0.1, -0.05)] {
+        let turn = turn_after_pose(BeamOrder::Unknown, 0.0, after_pose_s);
+        let ahead = turn.beams[180].hit.unwrap();
+        let bearing_rad = ahead.in_rig_m.y.atan2(ahead.in_rig_m.x) - turn.beams[180].azimuth_rad;
+        assert!((bearing_rad - turned_rad).abs() < 2e-3, "{after_pose_s}: {bearing_rad}");
+        assert!((ahead.in_rig_m.x - 2.0 - 0.5 * after_pose_s).abs() < 2e-3, "{after_pose_s}");
+    }
+    // Stamps that are farther apart are wrong.
+    let turn = turn_after_pose(BeamOrder::Unknown, 0.0, 3.0);
+    assert!((turn.beams[180].hit.unwrap().in_rig_m.x - 2.0).abs() < 1e-9);
 }
 
 #[test]
