@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::{Point2, Vector2};
 
-use super::deskewed_scan::{DeskewedScan, Return};
+use super::deskewed_scan::{DeskewedBeam, DeskewedScan, NEIGHBOUR_STEPS, Return};
 
 /// The scans of the window.
 #[derive(Clone, Debug)]
@@ -138,21 +138,28 @@ fn nearer(ranges_m: &mut [Option<f32>], place: isize, distance_m: f64) {
 }
 
 /// The bearings of a scan's beams in the map's plane.
-struct Bearings {
+struct Bearings<'a> {
     origin_m: Point2<f64>,
+    /// The direction of the first beam.
     first: Vector2<f64>,
     step_rad: f64,
-    beams: usize,
+    /// Between two of them a scanner of less than a full turn may have its gap.
+    beams: &'a [DeskewedBeam],
 }
 
-impl Bearings {
-    fn of(scan: &DeskewedScan) -> Option<Self> {
+impl<'a> Bearings<'a> {
+    fn of(scan: &'a DeskewedScan) -> Option<Self> {
         // The origin of the middle beam is used for all: within a scan it hardly moves.
         let middle = scan.beams.get(scan.beams.len() / 2)?;
-        let beams = scan.beams.len();
         let back_rad = scan.beams.first()?.azimuth_rad - middle.azimuth_rad;
         let first = nalgebra::Rotation2::new(back_rad) * middle.direction;
-        Some(Self { origin_m: middle.origin_m, first, step_rad: scan.step_rad, beams })
+        let (origin_m, step_rad) = (middle.origin_m, scan.step_rad);
+        Some(Self { origin_m, first, step_rad, beams: &scan.beams })
+    }
+
+    /// The angle from the first beam to another.
+    fn along_rad(&self, beam: usize) -> Option<f64> {
+        Some(self.beams.get(beam)?.azimuth_rad - self.beams.first()?.azimuth_rad)
     }
 
     /// The index of the beam that hits a point; fractions lie between two beams.
@@ -162,8 +169,24 @@ impl Bearings {
         if along_rad < -0.5 * self.step_rad {
             along_rad += std::f64::consts::TAU;
         }
-        let place = along_rad / self.step_rad;
-        (place.is_finite() && place <= self.beams as f64 - 0.5).then_some(place)
+        let first_rad = self.beams.first()?.azimuth_rad;
+        let above = self.beams.partition_point(|beam| beam.azimuth_rad - first_rad <= along_rad);
+        let Some(below) = above.checked_sub(1) else {
+            return Some(along_rad / self.step_rad).filter(|place| place.is_finite());
+        };
+        // Each beam covers half a step to each side, and neighbours what is between them.
+        let beyond = (along_rad - self.along_rad(below)?) / self.step_rad;
+        let next_rad = self.along_rad(above);
+        let to_next = next_rad.map(|next_rad| (next_rad - along_rad) / self.step_rad);
+        let place = match to_next {
+            Some(to_next) if beyond + to_next <= NEIGHBOUR_STEPS => {
+                below as f64 + beyond / (beyond + to_next)
+            }
+            _ if beyond <= 0.5 => below as f64 + beyond,
+            Some(to_next) if to_next <= 0.5 => above as f64 - to_next,
+            _ => return None,
+        };
+        place.is_finite().then_some(place)
     }
 
     fn distance_m(&self, point_m: &Point2<f64>) -> f64 {
@@ -178,12 +201,14 @@ impl Bearings {
         (to, to_hit): (f64, &Return),
     ) {
         // A larger angle is the seam of the scan, or a surface seen from behind.
-        if to <= from || to - from > 0.5 * self.beams as f64 {
+        if to <= from || to - from > 0.5 * self.beams.len() as f64 {
             return;
         }
         let (a_m, b_m) = (from_hit.in_map_m - self.origin_m, to_hit.in_map_m - self.origin_m);
         for place in from.ceil() as isize..=to.floor() as isize {
-            let direction = nalgebra::Rotation2::new(place as f64 * self.step_rad) * self.first;
+            let along_rad = usize::try_from(place).ok().and_then(|beam| self.along_rad(beam));
+            let Some(along_rad) = along_rad else { continue };
+            let direction = nalgebra::Rotation2::new(along_rad) * self.first;
             // Where the ray crosses the line from a to b.
             let distance_m = a_m.perp(&b_m) / direction.perp(&(b_m - a_m));
             if distance_m.is_finite() && distance_m > 0.0 {

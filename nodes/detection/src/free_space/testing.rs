@@ -158,11 +158,19 @@ pub(crate) fn deskewed(
     ranges_m: &[f32],
     motion: &Motion,
 ) -> DeskewedScan {
-    let scan = Scan { ranges_m: ranges_m.to_vec(), ..empty_scan() };
+    deskewed_scan(map_from_rig, &Scan { ranges_m: ranges_m.to_vec(), ..empty_scan() }, motion)
+}
+
+/// The same of a scan with any angles.
+pub(crate) fn deskewed_scan(
+    map_from_rig: &Isometry3<f64>,
+    scan: &Scan,
+    motion: &Motion,
+) -> DeskewedScan {
     let rig_from_lidar = Isometry3::identity();
-    let beams = Aperture::new(&scan, &rig_from_lidar, TAU).unwrap().crop(&scan);
+    let beams = Aperture::new(scan, &rig_from_lidar, TAU).unwrap().crop(scan);
     let input = DeskewInput {
-        scan: &scan,
+        scan,
         beams: &beams,
         rig_from_lidar: &rig_from_lidar,
         map_from_rig,

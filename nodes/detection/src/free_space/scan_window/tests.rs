@@ -3,7 +3,9 @@ use nalgebra::Isometry3;
 use proptest::prelude::*;
 
 use super::super::platform_motion::PlatformMotion;
-use super::super::testing::{Dice, Scanner, StaticPlatform, deskewed, room, stamp_of, static_scan};
+use super::super::testing::{
+    Dice, Scanner, StaticPlatform, deskewed, deskewed_scan, room, stamp_of, static_scan,
+};
 use super::*;
 use crate::config::FreeSpaceConfig;
 use crate::variability::VariabilityWindow;
@@ -87,6 +89,40 @@ fn on_a_moving_platform_the_static_room_hardly_deviates_where_it_was_seen() {
     assert!(known.len() > 300 && before > 60);
     // The remaining deviations are at depth edges, within one beam's width.
     assert!(5 * after < before, "{after} of {before}");
+}
+
+/// Regression: a scanner of 270 degrees with its gap to the right of the rig: its beams beyond the gap, those ahead, were taken to be
+/// where there is no gap.
+#[test]
+fn a_scanner_with_its_gap_aside_has_the_ranges_of_one_without() {
+    let scanner = Scanner { noise_m: 0.0, dropouts: 0.0, spread_rad: 0.0 };
+    let mut follower = PlatformMotion::new(&FreeSpaceConfig::default());
+    let mut dice = Dice::new(1);
+    // From -135 degrees to -45 there is nothing.
+    let gap = 45..135;
+    let mut pairs = Vec::new();
+    for cycle in 0..2 {
+        let pose: Isometry3<f64> =
+            pose_from_vector(&[0.0, 0.0, 0.0, 0.07 * f64::from(cycle), 0.0, 0.0]);
+        let motion = follower.advance(stamp_of(cycle), &pose, "map");
+        let full = scanner.scan(&room(), &pose, cycle, &mut dice);
+        let beams = (gap.end..360).chain(0..gap.start);
+        let part = geometry::Scan {
+            ranges_m: beams.map(|beam| full.ranges_m[beam]).collect(),
+            angle_min_rad: full.angle_min_rad + gap.end as f32 * full.angle_increment_rad,
+            ..full.clone()
+        };
+        pairs.push([full, part].map(|scan| deskewed_scan(&pose, &scan, &motion)));
+    }
+    let [full, part] = [0, 1].map(|which| warp(&pairs[0][which], &pairs[1][which]));
+    let mut known = 0;
+    for (beam, range_m) in part.iter().enumerate() {
+        let of_full = if beam < gap.start { beam } else { beam + gap.len() };
+        let (Some(range_m), Some(expected_m)) = (range_m, full[of_full]) else { continue };
+        known += 1;
+        assert!((range_m - expected_m).abs() < 0.01, "{beam}: {range_m} of {expected_m}");
+    }
+    assert!(known > 220, "{known}");
 }
 
 #[test]
