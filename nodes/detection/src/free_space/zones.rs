@@ -6,7 +6,7 @@ use std::ops::Range;
 use geometry::{DynamicZone, ReturnSpan, ZoneSource};
 use nalgebra::{Point2, Point3};
 
-use super::deskewed_scan::{DeskewedBeam, DeskewedScan};
+use super::deskewed_scan::{DeskewedBeam, DeskewedScan, LARGEST_STEP_M};
 use super::evidence::ReturnClass;
 use super::tracker::TrackedObject;
 use crate::config::DetectionConfig;
@@ -67,6 +67,15 @@ impl ObjectZone {
         (in_map_m - nearest_m).norm()
     }
 
+    /// Whether the object of a scan's last run goes on in the scan's first run, beyond the rear.
+    fn goes_on_behind_the_rear(&self, first: &Self) -> bool {
+        let is_turned = first.zone.azimuth_max_rad > PI;
+        let right_rad = first.zone.azimuth_min_rad + if is_turned { 0.0 } else { TAU };
+        let (Some(a), Some(b)) = (self.zone.returns, first.zone.returns) else { return false };
+        let step_m = a.nearest_m.max(b.nearest_m) - a.farthest_m.min(b.farthest_m);
+        self.zone.azimuth_max_rad >= right_rad && f64::from(step_m) <= LARGEST_STEP_M
+    }
+
     /// The zone of both, if two runs of beams are one object.
     fn joined(self, other: &Self) -> Self {
         let turn_rad = turn_towards_rad(other.zone.azimuth_min_rad, self.zone.azimuth_min_rad);
@@ -112,7 +121,7 @@ impl ZoneMaker {
         }
     }
 
-    /// The zones of a cycle by azimuth: one for each run, with the largest deviation of its beams, and those of objects
+    /// The zones of a cycle by azimuth: one for each run, or for the two of an object across the rear, with the largest deviation of its beams, and those of objects
     /// that are not visible. On a moving platform a zone is held for no more cycles than it was measured in: an object
     /// that appears only briefly was most likely a false detection.
     pub(super) fn zones(
@@ -122,11 +131,11 @@ impl ZoneMaker {
         objects: &mut [TrackedObject],
         std_dev_m: &[Option<f32>],
     ) -> Vec<DynamicZone> {
-        let mut zones = Vec::new();
+        let mut of_runs: Vec<ObjectZone> = Vec::new();
         let mut measured: Vec<Option<ObjectZone>> = vec![None; objects.len()];
         for run in runs {
             let Some(zone) = self.measured(view.scan, run, std_dev_m) else { continue };
-            zones.push(zone.zone);
+            of_runs.push(zone.clone());
             if let Some(of_object) = run.object.and_then(|object| measured.get_mut(object)) {
                 *of_object = Some(match of_object.take() {
                     Some(other) => other.joined(&zone),
@@ -134,6 +143,16 @@ impl ZoneMaker {
                 });
             }
         }
+        if self.is_whole_circle()
+            && view.scan.is_closed
+            && let [first, .., last] = of_runs.as_slice()
+            && last.goes_on_behind_the_rear(first)
+        {
+            let across = last.clone().joined(first);
+            of_runs.pop();
+            of_runs[0] = across;
+        }
+        let mut zones: Vec<DynamicZone> = of_runs.iter().map(|of_run| of_run.zone).collect();
         for (object, measured) in objects.iter_mut().zip(measured) {
             let before = object.zone.take();
             object.zone = match measured {
@@ -263,9 +282,13 @@ impl ZoneMaker {
         (!is_over).then_some(ObjectZone { zone, ..old })
     }
 
+    fn is_whole_circle(&self) -> bool {
+        self.half_aperture_rad >= PI
+    }
+
     /// An aperture of the whole circle has no bounds.
     fn within_aperture(&self, azimuth_rad: f64) -> f64 {
-        if self.half_aperture_rad >= PI {
+        if self.is_whole_circle() {
             return azimuth_rad;
         }
         azimuth_rad.max(-self.half_aperture_rad).min(self.half_aperture_rad)

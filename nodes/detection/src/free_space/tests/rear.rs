@@ -32,3 +32,21 @@ fn what_crosses_the_rear_has_a_zone_of_its_own_width() {
         "found in {found}, across the rear in {across} of {cycles}"
     );
 }
+
+/// Regression: the beams on either side of the rear of a person who stands across it were a zone each.
+#[test]
+fn who_is_across_the_rear_has_one_zone() {
+    let mut world =
+        World::with(DetectionConfig { aperture_rad: TAU, ..DetectionConfig::default() }, 3);
+    world.look(&room(), 20);
+    let mut found = 0;
+    for cycle in 0..9_u32 {
+        let person_m = [-1.5 + 0.6 * f64::from(cycle) * PERIOD_S, 0.0];
+        let mut walls = room();
+        walls.extend(cuboid(person_m, [0.3, 0.5]));
+        let zones = world.step_static(&walls);
+        assert!(zones.len() <= 1, "{person_m:?}: {zones:?}");
+        found += u32::from(zones.iter().any(|zone| zone.azimuth_max_rad > PI));
+    }
+    assert!(found > 6, "{found}");
+}
