@@ -13,6 +13,7 @@ mod columns;
 mod csv;
 mod kitti;
 
+pub(crate) use cloud::middle_elevation_rad;
 pub use cloud::revolution_from_cloud;
 pub use csv::{CsvError, CsvFile, revolutions_from_csv};
 pub use kitti::{KittiError, revolution_from_kitti};

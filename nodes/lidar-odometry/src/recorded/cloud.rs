@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use geometry::{LidarCloud, LidarReturn, Revolution};
+use nalgebra::Point3;
 
 use super::columns::{Row, organised};
 
@@ -41,7 +42,7 @@ pub fn revolution_from_cloud(cloud: &LidarCloud) -> Option<Revolution> {
     }
     for row in &mut rows {
         row.points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        row.elevation_rad = middle_elevation_rad(row);
+        row.elevation_rad = middle_elevation_rad(row.positions_m());
     }
     rows.sort_by(|a, b| b.elevation_rad.total_cmp(&a.elevation_rad));
     debug_assert!(rows.iter().all(|row| row.points.iter().all(|(turned, _)| *turned <= TAU)));
@@ -49,23 +50,18 @@ pub fn revolution_from_cloud(cloud: &LidarCloud) -> Option<Revolution> {
 }
 
 /// The median: lasers are beside the scanner's centre, so that near points seem to be at other angles.
-pub(super) fn middle_elevation_rad(row: &Row) -> f32 {
-    let mut elevations_rad: Vec<f32> = row
-        .points
-        .iter()
-        .map(|(_, found)| {
-            let [x_m, y_m, z_m] = found.position_m.coords.into();
-            z_m.atan2(x_m.hypot(y_m))
-        })
-        .collect();
-    elevations_rad.sort_by(f32::total_cmp);
-    elevations_rad.get(elevations_rad.len() / 2).copied().unwrap_or(0.0)
+pub(crate) fn middle_elevation_rad(points_m: impl Iterator<Item = Point3<f32>>) -> f32 {
+    let elevation_rad = |point_m: Point3<f32>| point_m.z.atan2(point_m.x.hypot(point_m.y));
+    let mut elevations_rad: Vec<f32> = points_m.map(elevation_rad).collect();
+    let middle = elevations_rad.len() / 2;
+    if elevations_rad.is_empty() {
+        return 0.0;
+    }
+    *elevations_rad.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Point3;
-
     use super::*;
 
     #[test]

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use geometry::{LidarReturn, Revolution, Stamp};
+use nalgebra::Point3;
 
 /// A row of points in the order in which the head passed them.
 #[derive(Clone, Debug, Default)]
@@ -43,6 +44,11 @@ pub(super) fn organised(
 }
 
 impl Row {
+    /// Where its points are.
+    pub(super) fn positions_m(&self) -> impl Iterator<Item = Point3<f32>> {
+        self.points.iter().map(|(_, found)| found.position_m)
+    }
+
     /// The column of each point: rising, all different, below `columns`.
     fn columns(&self, columns: usize, step_rad: f64) -> Vec<usize> {
         let mut next_free = 0;

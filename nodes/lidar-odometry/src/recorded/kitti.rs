@@ -78,7 +78,7 @@ pub fn revolution_from_kitti(
         }
     }
     for row in &mut rows {
-        row.elevation_rad = middle_elevation_rad(row);
+        row.elevation_rad = middle_elevation_rad(row.positions_m());
         // The head turns in the other direction.
         row.points.reverse();
     }

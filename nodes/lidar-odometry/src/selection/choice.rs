@@ -55,7 +55,7 @@ impl PointChoice {
             Self::All => Ok(None),
             Self::Rays(filter) => {
                 let rings = cloud.rings.as_deref().ok_or(PointChoiceError::NoRings)?;
-                Ok(Some(filter.keeps(rings)))
+                Ok(Some(filter.keeps(&cloud.points_m, rings)))
             }
             Self::NotRoadIntensity(filter) => {
                 let intensities =
