@@ -10,12 +10,16 @@ const BACK_IN_TIME_S: f64 = 0.5;
 /// So does one that is later by this much: a hundred scans are not lost together, and after a longer pause one scan more is not
 /// missed.
 const AHEAD_IN_TIME_S: f64 = 10.0;
+/// Of a scanner that measures less often: so many times what is usual between its scans, of which one may be lost.
+const AHEAD_IN_INTERVALS: f64 = 2.0;
 
 /// Judges the stamps of scans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TimeCheck {
     /// The stamp of the scan before, if it was of another time.
     doubtful: Option<Stamp>,
+    /// How far the last two scans that agreed were apart.
+    usual_s: f64,
 }
 
 /// What a stamp says.
@@ -36,22 +40,19 @@ impl TimeCheck {
         let Some(later_s) = last.map(|last| stamp.seconds_since(last)) else {
             return Time::Follows;
         };
-        if (-BACK_IN_TIME_S..=AHEAD_IN_TIME_S).contains(&later_s) {
+        let ahead_s = AHEAD_IN_TIME_S.max(AHEAD_IN_INTERVALS * self.usual_s);
+        if (-BACK_IN_TIME_S..=ahead_s).contains(&later_s) {
             return Time::Follows;
         }
         // The one before is of the same time if it is nearer than the last one is.
-        let agrees = before.is_some_and(|before| {
-            let since_s = stamp.seconds_since(before);
-            since_s > 0.0 && since_s < later_s.abs()
-        });
-        if !agrees {
+        let since_s = before.map(|before| stamp.seconds_since(before));
+        let agreeing_s = since_s.filter(|since_s| *since_s > 0.0 && *since_s < later_s.abs());
+        let Some(agreeing_s) = agreeing_s else {
             self.doubtful = Some(stamp);
-            Time::Doubtful { later_s }
-        } else if later_s < 0.0 {
-            Time::BeginsAnew { later_s }
-        } else {
-            Time::Follows
-        }
+            return Time::Doubtful { later_s };
+        };
+        self.usual_s = agreeing_s;
+        if later_s < 0.0 { Time::BeginsAnew { later_s } } else { Time::Follows }
     }
 }
 
@@ -87,7 +88,12 @@ mod tests {
         // Anew, and a pause.
         assert_eq!(said(&[100.0, 100.1, 0.0, 0.1, 0.2]), "ffdaf");
         assert_eq!(said(&[0.0, 0.1, 60.0, 60.1, 60.2]), "ffdff");
-        // A scan at each stop: every other one is needed to be sure.
-        assert_eq!(said(&[0.0, 20.0, 40.0, 60.0, 80.0]), "fdfdf");
+    }
+
+    /// Regression: of scans that are more than ten seconds apart every other one was left out.
+    #[test]
+    fn two_scans_that_agree_tell_how_far_scans_are_apart() {
+        assert_eq!(said(&[0.0, 20.0, 40.0, 60.0, 80.0, 120.0]), "fdffff");
+        assert_eq!(said(&[0.0, 20.0, 40.0, 3600.0, 60.0, 80.0]), "fdfdff");
     }
 }
