@@ -1,5 +1,9 @@
 //! PCD version 0.7, the format of the Point Cloud Library.
 
+mod compressed;
+
+use std::borrow::Cow;
+
 use nalgebra::{Point3, Vector3};
 
 use crate::point_file::{
@@ -59,15 +63,15 @@ pub fn encode_with_colours(
     bytes
 }
 
-/// The points of a PCD file, ASCII or binary (not compressed), whatever other fields they have.
+/// The points of a PCD file, ASCII, binary or compressed, whatever other fields they have.
 /// Points with a coordinate that is not finite are left out: in an organised cloud they represent
-/// pixels that saw nothing.
+/// pixels that saw nothing. Points stay where the file has them: `VIEWPOINT` is from where they were seen, as for PCL.
 ///
 /// # Errors
 /// When the bytes are no such file, or are cut off.
 pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
     let (header, body) = read(bytes)?;
-    header.layout()?.decode(header.encoding(), body, header.points()?)
+    header.layout()?.decode(header.encoding(), &body, header.points()?)
 }
 
 /// The same with the normals and the colours; none of them where the file has none.
@@ -76,11 +80,11 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Point3<f32>>, PointFileError> {
 /// As [`decode`].
 pub fn decode_with_normals(bytes: &[u8]) -> Result<OrientedPoints, PointFileError> {
     let (header, body) = read(bytes)?;
-    header.layout()?.decode_with_normals(header.encoding(), body, header.points()?)
+    header.layout()?.decode_with_normals(header.encoding(), &body, header.points()?)
 }
 
-/// What the header says, and the bytes behind it.
-fn read(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), PointFileError> {
+/// What the header says, and the bytes behind it, as if they had not been compressed.
+fn read(bytes: &[u8]) -> Result<(Header<'_>, Cow<'_, [u8]>), PointFileError> {
     if !bytes.starts_with(b"# .PCD") && !bytes.starts_with(b"VERSION") {
         return Err(PointFileError::NotThisFormat { format: "PCD", expected: "# .PCD" });
     }
@@ -89,7 +93,21 @@ fn read(bytes: &[u8]) -> Result<(Header<'_>, &[u8]), PointFileError> {
     for (line, text) in lines {
         header.take(line, text)?;
     }
+    let body = if header.data == Data::Compressed {
+        Cow::Owned(compressed::records(body, &header.field_bytes()?, header.points()?)?)
+    } else {
+        Cow::Borrowed(body)
+    };
     Ok((header, body))
+}
+
+/// How the points are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+enum Data {
+    Ascii,
+    #[default]
+    Binary,
+    Compressed,
 }
 
 /// The entries of a header, each with its line.
@@ -100,7 +118,7 @@ struct Header<'a> {
     types: Vec<&'a str>,
     counts: Vec<usize>,
     points: Option<usize>,
-    ascii: bool,
+    data: Data,
 }
 
 impl<'a> Header<'a> {
@@ -115,9 +133,10 @@ impl<'a> Header<'a> {
                 self.counts = counts.iter().map(number).collect::<Result<_, _>>()?;
             }
             ["POINTS", ref count] => self.points = Some(number(count)?),
-            ["DATA", "ascii"] => self.ascii = true,
-            ["DATA", "binary"] => {}
-            ["DATA", ..] => return Err(error("only ascii and binary are read, no compression")),
+            ["DATA", "ascii"] => self.data = Data::Ascii,
+            ["DATA", "binary"] => self.data = Data::Binary,
+            ["DATA", "binary_compressed"] => self.data = Data::Compressed,
+            ["DATA", ..] => return Err(error("ascii, binary or binary_compressed was expected")),
             _ => {}
         }
         Ok(())
@@ -125,6 +144,21 @@ impl<'a> Header<'a> {
 
     fn layout(&self) -> Result<RecordLayout, PointFileError> {
         let mut layout = RecordLayout::default();
+        for (name, scalar, count) in self.kinds()? {
+            layout.push(name, scalar, count);
+        }
+        Ok(layout)
+    }
+
+    /// The size of each field.
+    fn field_bytes(&self) -> Result<Vec<usize>, PointFileError> {
+        let kinds = self.kinds()?.into_iter();
+        Ok(kinds.map(|(_, scalar, count)| scalar.size().saturating_mul(count)).collect())
+    }
+
+    /// Name, kind of number and count of each field.
+    fn kinds(&self) -> Result<Vec<(&'a str, Scalar, usize)>, PointFileError> {
+        let mut kinds = Vec::new();
         for (index, name) in self.fields.iter().enumerate() {
             let kind = (self.types.get(index).copied(), self.sizes.get(index).copied());
             let scalar = match kind {
@@ -147,13 +181,16 @@ impl<'a> Header<'a> {
             // Without a COUNT line each field is one number.
             let count =
                 if self.counts.is_empty() { Some(1) } else { self.counts.get(index).copied() };
-            layout.push(name, scalar, count.unwrap_or(1));
+            kinds.push((*name, scalar, count.unwrap_or(1)));
         }
-        Ok(layout)
+        Ok(kinds)
     }
 
     fn encoding(&self) -> Encoding {
-        if self.ascii { Encoding::Ascii } else { Encoding::BinaryLittleEndian }
+        match self.data {
+            Data::Ascii => Encoding::Ascii,
+            Data::Binary | Data::Compressed => Encoding::BinaryLittleEndian,
+        }
     }
 
     fn points(&self) -> Result<usize, PointFileError> {
@@ -230,10 +267,8 @@ mod tests {
         for (file, part) in [
             (b"ply".to_vec(), "no PCD file"),
             (good.as_bytes()[..60].to_vec(), "'DATA'"),
-            (
-                with("DATA binary", "DATA binary_compressed"),
-                "line 11 of the header, 'DATA binary_compressed'",
-            ),
+            (with("DATA binary", "DATA zipped"), "line 11 of the header, 'DATA zipped'"),
+            (with("DATA binary", "DATA binary_compressed"), "0 are compressed"),
             (with("POINTS 0", "POINTS many"), "line 10"),
             (with("POINTS 0", "POINTS 9"), "states 9 points, but there are 0"),
             (with("POINTS 0\n", ""), "'POINTS'"),
@@ -249,6 +284,32 @@ mod tests {
         let huge = String::from_utf8(huge).unwrap().replace("POINTS 0", "POINTS 1");
         let error = decode(huge.as_bytes()).unwrap_err();
         assert_eq!(error, PointFileError::Truncated { stated: 1, found: 0 });
+    }
+
+    /// Regression: the form in which PCL's `savePCDFileBinaryCompressed` writes was refused.
+    #[test]
+    fn a_compressed_file_is_read() {
+        let header = b"# .PCD v0.7\nVERSION 0.7\nFIELDS x y z ring rgb\nSIZE 4 4 4 2 4\nTYPE F F F U U\n\
+            COUNT 1 1 1 1 1\nWIDTH 5\nHEIGHT 1\nVIEWPOINT 1 2 3 0 1 0 0\nPOINTS 5\nDATA binary_compressed\n";
+        // By LibLZF, of five points; the coordinate y of the fourth is NaN.
+        let compressed: [u8; 58] = [
+            4, 0, 0, 192, 63, 0, 224, 5, 3, 4, 191, 0, 0, 16, 192, 128, 3, 1, 128, 64, 32, 27, 0,
+            127, 128, 7, 0, 0, 32, 39, 0, 64, 32, 15, 224, 1, 3, 13, 1, 0, 2, 0, 3, 0, 4, 0, 5, 0,
+            10, 50, 100, 255, 224, 5, 3, 1, 100, 255,
+        ];
+        let mut file = header.to_vec();
+        file.extend(58_u32.to_le_bytes());
+        file.extend(90_u32.to_le_bytes());
+        file.extend(compressed);
+        let points = decode_with_normals(&file).unwrap();
+        let expected = [[1.5, -2.25, 0.5], [1.5, -2.25, 3.0], [1.5, 4.0, 3.0], [-1.5, 4.0, 3.0]];
+        assert_eq!(points.points_m, expected.map(Point3::from));
+        assert_eq!(points.colours, [[100, 50, 10]; 4]);
+        assert_eq!(decode(&file).unwrap(), points.points_m);
+        for cut in header.len()..file.len() {
+            let error = decode(&file[..cut]).unwrap_err();
+            assert!(matches!(error, PointFileError::Compressed { stated: 90, .. }), "{error}");
+        }
     }
 
     #[test]
@@ -288,6 +349,12 @@ mod tests {
         // PCL writes the bits of the colour as a float.
         let float = header.replace("rgba", "rgb").replace("TYPE F F F U", "TYPE F F F F");
         let ascii = format!("{float}DATA ascii\n1 2 3 {:e}\n", f32::from_bits(0x64_32_0a));
+        assert_eq!(decode_with_normals(ascii.as_bytes()).unwrap().colours, [[100, 50, 10]]);
+        // PCL 1.7 writes them as a whole number in a field of type float, other programs in one of type int.
+        let ascii = format!("{float}DATA ascii\n1 2 3 {}\n", 0xff_64_32_0a_u32);
+        assert_eq!(decode_with_normals(ascii.as_bytes()).unwrap().colours, [[100, 50, 10]]);
+        let signed = header.replace("TYPE F F F U", "TYPE F F F I");
+        let ascii = format!("{signed}DATA ascii\n1 2 3 {}\n", 0xff_64_32_0a_u32 as i32);
         assert_eq!(decode_with_normals(ascii.as_bytes()).unwrap().colours, [[100, 50, 10]]);
         let bad = format!("{header}DATA ascii\n1 2 3 red\n");
         let error = decode_with_normals(bad.as_bytes()).unwrap_err();

@@ -54,6 +54,16 @@ pub enum PointFileError {
         /// How many whole ones there are.
         found: usize,
     },
+    /// The compressed points of a PCD file are not what its header states.
+    #[error(
+        "the header states {stated} bytes of points, but {found} are compressed: the file is cut off or damaged"
+    )]
+    Compressed {
+        /// How many bytes there should be.
+        stated: usize,
+        /// How many there are.
+        found: usize,
+    },
     /// A number of an ASCII file is invalid.
     #[error("point {point}: '{text}' is not a number")]
     Number {
@@ -173,7 +183,9 @@ impl RecordLayout {
         {
             self.colour[part].get_or_insert((self.bytes, self.columns, scalar));
         }
-        if PACKED_COLOURS.contains(&name) && matches!(scalar, Scalar::F32 | Scalar::U32) {
+        if PACKED_COLOURS.contains(&name)
+            && matches!(scalar, Scalar::F32 | Scalar::U32 | Scalar::I32)
+        {
             self.packed_colour.get_or_insert((self.bytes, self.columns, scalar));
         }
         // A wrong header may overflow; a record of that size then finds no bytes.

@@ -32,11 +32,11 @@ impl RecordLayout {
         let lines = text.lines().filter(|line| !line.trim().is_empty()).take(stated);
         let bits = lines.enumerate().map(|(point, line)| {
             let word = line.split_ascii_whitespace().nth(column).unwrap_or_default();
-            // A float stands for its bits, as PCL writes it.
-            let bits = match scalar {
-                Scalar::F32 => word.parse::<f32>().ok().map(f32::to_bits),
-                _ => word.parse().ok(),
-            };
+            // PCL writes the bits as a whole number, older versions with the type of a float. A float that is written as such stands for
+            // its bits, and is too small, or none at all (alpha 255), to be taken for a whole number.
+            let float = || word.parse::<f32>().ok().map(f32::to_bits);
+            let whole = word.parse::<i64>().ok().map(|bits| bits as u32);
+            let bits = whole.or_else(|| (scalar == Scalar::F32).then(float).flatten());
             bits.ok_or_else(|| PointFileError::Number { point, text: shortened(word) })
         });
         bits.map(|bits| bits.map(unpacked)).collect()

@@ -50,26 +50,32 @@ pub(super) const TARGETS: &[Target] = &[
             b"comment view ",
         ],
     ),
-    target(
-        "pcd",
-        |bytes| {
-            let _ = pcd::decode(bytes);
-            if let Ok(points) = pcd::decode_with_normals(bytes) {
-                check(&points);
-            }
-        },
-        || vec![pcd_file(), ascii_pcd()],
-        &[
-            b"POINTS ",
-            b"COUNT ",
-            b"DATA ascii\n",
-            b"DATA binary\n",
-            b"FIELDS ",
-            b" x",
-            b" F",
-            b" 8",
-        ],
-    ),
+    Target {
+        // Three bytes are up to 264 ones when they were compressed.
+        memory: MemoryBound { base_bytes: 4 << 20, per_byte: 88 * 12 },
+        ..target(
+            "pcd",
+            |bytes| {
+                let _ = pcd::decode(bytes);
+                if let Ok(points) = pcd::decode_with_normals(bytes) {
+                    check(&points);
+                }
+            },
+            || vec![pcd_file(), ascii_pcd(), compressed_pcd()],
+            &[
+                b"POINTS ",
+                b"COUNT ",
+                b"DATA ascii\n",
+                b"DATA binary\n",
+                b"DATA binary_compressed\n",
+                b"FIELDS ",
+                b" x",
+                b" F",
+                b" 8",
+                &[0xe0, 0xff],
+            ],
+        )
+    },
     Target {
         memory: MemoryBound { base_bytes: 4 << 20, per_byte: 96 },
         ..target(
@@ -160,6 +166,14 @@ fn ascii_pcd() -> Vec<u8> {
     b"# .PCD v.7\nVERSION .7\nFIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 2\nHEIGHT 1\n\
       VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n1.5 -2.5 3.5 4.2e-38\n1 2 3 0\n"
         .to_vec()
+}
+
+/// Two points: a byte and its copies, then literal bytes.
+fn compressed_pcd() -> Vec<u8> {
+    let mut file = b"VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nPOINTS 2\nDATA binary_compressed\n".to_vec();
+    file.extend([14, 0, 0, 0, 24, 0, 0, 0]);
+    file.extend([0, 0, 0xe0, 5, 0, 8, 0, 0, 64, 63, 1, 2, 3, 4, 5]);
+    file
 }
 
 fn octomaps() -> Vec<Vec<u8>> {
