@@ -6,7 +6,7 @@ use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::RosArguments;
 use node_shell::arguments::ParameterSource;
-use node_shell::parameters::{self, NodeParameters, ParameterError};
+use node_shell::parameters::{self, NodeParameters, ParameterError, nearest_name};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
@@ -52,6 +52,7 @@ impl SuiteParameters {
         map_edge_m: Option<f64>,
     ) -> Result<Self, Failure> {
         let known = KnownNames::all().map_err(|error| Failure::new(error.to_string()))?;
+        known.check(arguments)?;
         let reader = Reader { arguments, all: &known.all };
         let of_stage = |stage: Stage| (stage.name(), span(stage));
         let of_pose = |pose: PoseNode| (pose.name(), pose.span());
@@ -116,6 +117,9 @@ impl Reader<'_> {
     }
 }
 
+/// What `node_shell` adds to the parameters of each node.
+const OF_EVERY_NODE: [&str; 2] = ["use_sim_time", "autostart"];
+
 /// The parameters that each node knows.
 struct KnownNames {
     detection: BTreeSet<String>,
@@ -139,14 +143,73 @@ impl KnownNames {
             lidar_odometry: names::<LidarOdometryParameters>()?,
             all: BTreeSet::new(),
         };
-        let each = [
-            &known.detection,
-            &known.segmentation,
-            &known.reconstruction,
-            &known.pose,
-            &known.lidar_odometry,
-        ];
-        known.all = each.into_iter().flatten().cloned().collect();
+        known.all = known.by_node().into_iter().flat_map(|(_, names)| names).cloned().collect();
         Ok(known)
+    }
+
+    fn by_node(&self) -> [(&'static str, &BTreeSet<String>); 5] {
+        [
+            (Stage::Detection.name(), &self.detection),
+            (Stage::Segmentation.name(), &self.segmentation),
+            (Stage::Reconstruction.name(), &self.reconstruction),
+            (PoseNode::Visual.name(), &self.pose),
+            (PoseNode::Lidar.name(), &self.lidar_odometry),
+        ]
+    }
+
+    /// Refuses a parameter that is given for no node in particular, and that none has.
+    fn check(&self, arguments: &RosArguments) -> Result<(), Failure> {
+        for source in &arguments.parameters {
+            let ParameterSource::Assignment { node: None, name, .. } = source else { continue };
+            // A group is refused with its parameters by the node that has it.
+            let is_in = |known: &String| {
+                known
+                    .strip_prefix(name.as_str())
+                    .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            };
+            if OF_EVERY_NODE.contains(&name.as_str()) || self.all.iter().any(is_in) {
+                continue;
+            }
+            let nearest = nearest_name(name, self.all.iter().map(String::as_str));
+            return Err(Failure::new(format!("no node has a parameter `{name}`")).fix(match nearest {
+                Some(nearest) => {
+                    let of = self.by_node().into_iter().filter(|(_, names)| names.contains(nearest));
+                    let nodes: Vec<&str> = of.map(|(node, _)| node).collect();
+                    format!("did you mean `{nearest}`, of {}?", nodes.join(", "))
+                }
+                None => "`stillmap node NODE --help` lists those of a node: detection, segmentation, reconstruction, pose, \
+                         lidar-odometry"
+                    .to_owned(),
+            }));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: a parameter that no node has was refused as one of detection.
+    #[test]
+    fn a_parameter_that_no_node_has_names_the_nodes_that_have_one_like_it() {
+        let refusal = |assignment: &str| {
+            let arguments = RosArguments::parse(["--ros-args", "-p", assignment]).unwrap();
+            SuiteParameters::of(&arguments, None, None).err().map(|failure| failure.to_string())
+        };
+        let none = refusal("bogus:=1").unwrap();
+        assert!(none.starts_with("no node has a parameter `bogus`\n"), "{none}");
+        assert!(none.contains("`stillmap node NODE --help`"), "{none}");
+        let like = refusal("max_voxel:=1").unwrap();
+        assert!(like.contains("did you mean `max_voxels`, of reconstruction?"), "{like}");
+        let shared = refusal("voxel_edge:=1").unwrap();
+        let nodes = "`voxel_edge_m`, of detection, segmentation, reconstruction?";
+        assert!(shared.contains(nodes), "{shared}");
+        for known in ["max_voxels:=7", "use_sim_time:=true", "autostart:=false", "slam:=true"] {
+            assert_eq!(refusal(known), None, "{known}");
+        }
+        // Of one node: as before.
+        let own = refusal("detection:bogus:=1").unwrap();
+        assert!(own.starts_with("detection: unknown parameter `bogus`"), "{own}");
     }
 }

@@ -123,13 +123,8 @@ where
     /// The error that the node knows no such parameter.
     pub(crate) fn unknown(&self, key: &str, origin: ValueOrigin) -> ParameterError {
         let known: Vec<String> = self.leaves().into_iter().map(|(leaf, _)| leaf).collect();
-        let nearest = known
-            .iter()
-            .map(|leaf| (edit_distance(key, leaf), leaf))
-            .min()
-            .filter(|(distance, leaf)| *distance <= leaf.len().max(3) / 3);
-        let hint = match nearest {
-            Some((_, leaf)) => format!("did you mean `{leaf}`?"),
+        let hint = match nearest_name(key, known.iter().map(String::as_str)) {
+            Some(leaf) => format!("did you mean `{leaf}`?"),
             None if known.is_empty() => "this node has no parameters".to_owned(),
             None if known.len() > MAX_LISTED => {
                 format!("--help lists the {} that the node has", known.len())
@@ -138,6 +133,16 @@ where
         };
         ParameterError::Unknown { key: key.to_owned(), origin, hint }
     }
+}
+
+/// The name that is spelt most like another one; `None` where none is like it.
+pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|other| (edit_distance(name, other), other))
+        .min()
+        .filter(|(distance, other)| *distance <= other.len().max(3) / 3)
+        .map(|(_, other)| other)
 }
 
 fn at<'a>(tree: &'a Value, key: &str) -> Option<&'a Value> {
