@@ -116,6 +116,12 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
     }
     let source = LidarSource::open(&args.recording, &args.lidar)
         .map_err(|failure| failure.fix(HOW_TO_GET))?;
+    // Before the variants take minutes.
+    if !source.has_truth() {
+        return Err(Failure::new("the recording has no ground-truth poses").fix(format!(
+            "KITTI's are ../../poses/NN.txt beside the sequence, with its calib.txt; {HOW_TO_GET}"
+        )));
+    }
     let executor: Arc<dyn Executor> = Arc::new(ScopedThreads::new(args.threads));
     let mut follows: Vec<Follow> = args
         .variants
@@ -149,11 +155,6 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
         Ok(())
     })?;
     progress.finish();
-    if truth.is_empty() {
-        return Err(Failure::new("the recording has no ground-truth poses".to_owned()).fix(format!(
-            "KITTI's are ../../poses/NN.txt beside the sequence, with its calib.txt; {HOW_TO_GET}"
-        )));
-    }
     let mut candidates: Vec<Candidate> = follows.into_iter().map(Follow::finish).collect();
     for path in &args.estimate {
         candidates.push(score::given(path, &scans)?);

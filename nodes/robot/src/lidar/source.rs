@@ -97,6 +97,17 @@ impl LidarSource {
         is_capture(path) || Sequence::is_one(path)
     }
 
+    /// Whether it has true poses.
+    pub fn has_truth(&self) -> bool {
+        match self {
+            Self::Bag(source) => source.has_truth(),
+            Self::Capture(..) => false,
+            Self::Sequence(sequence) => {
+                (0..sequence.len()).any(|index| sequence.true_pose(index).is_some())
+            }
+        }
+    }
+
     /// About how many messages there are, for the progress bar.
     pub fn steps(&self) -> u64 {
         match self {

@@ -28,6 +28,10 @@ pub struct BagSource {
 }
 
 impl BagSource {
+    pub(super) fn has_truth(&self) -> bool {
+        self.truth.is_some()
+    }
+
     pub(super) fn choose(
         bag: Bag,
         info: &BagInfo,

@@ -122,3 +122,16 @@ fn a_folder_laid_out_as_kitti_has_all_tables() {
     let without = lines.iter().filter(|line| line.contains("-> -")).collect::<Vec<_>>();
     assert!(without.len() == 1 && without[0].contains("view"), "{without:#?}");
 }
+
+/// Regression: all variants were run over the whole drive before it was said that there is nothing to score them against.
+#[test]
+fn a_drive_without_true_poses_is_refused_before_a_scan_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let velodyne = folder.path().join("velodyne");
+    std::fs::create_dir_all(&velodyne).unwrap();
+    // It could not be read.
+    std::fs::write(velodyne.join("000000.bin"), [0; 3]).unwrap();
+    let line = Line::parse_from(["kitti".into(), folder.path().as_os_str().to_owned()]);
+    let error = evaluated(&line.args).unwrap_err().to_string();
+    assert!(error.contains("no ground-truth poses") && error.contains("NN.txt"), "{error}");
+}
