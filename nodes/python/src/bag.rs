@@ -23,8 +23,8 @@ impl Bag {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         computed(py, || {
-            let bag =
-                bag_player::Bag::open(&path).map_err(|failed| error_of_file(&path, failed))?;
+            let bag = bag_player::Bag::open(&path)
+                .map_err(|failed| error_of_file(&path, robot::bag_refused(&path, &failed)))?;
             let info = bag.info().map_err(error)?;
             Ok(Self { bag, info })
         })

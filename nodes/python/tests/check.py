@@ -209,6 +209,11 @@ class Failures(unittest.TestCase):
             stillmap.run(BAG, params_files=["none.yaml"])
         with self.assertRaises(stillmap.Error):
             stillmap.Bag(__file__)
+        with tempfile.NamedTemporaryFile(suffix=".pcap") as capture:
+            capture.write(bytes([0xD4, 0xC3, 0xB2, 0xA1, 2, 0]))
+            capture.flush()
+            with self.assertRaisesRegex(stillmap.Error, "`stillmap import velodyne "):
+                stillmap.Bag(capture.name)
         with self.assertRaisesRegex(stillmap.Error, "no topic /nothing"):
             stillmap.run(BAG, scan="/nothing")
         with self.assertRaisesRegex(stillmap.Error, "road map"):

@@ -48,6 +48,7 @@ pub use existing::{BagOutput, refuse_to_replace};
 pub use failure::{Failure, Outcome};
 pub use interrupt::Interrupt;
 pub use offer::Offer;
+pub use open_bag::refused as bag_refused;
 pub use processes::{END_WITH_PARENT, Process};
 pub use progress::Progress;
 pub use rig::rig_from_camera;
@@ -103,7 +104,10 @@ impl Command {
             Self::Odometry(args) => odometry::run(&args),
             Self::Export(args) => export::run(&args),
             Self::Merge(args) => merge::run(&args, &Interrupt::on_signals()?),
-            Self::Play(options) => return code_of(bag_player::shell::run_options(options, ros)),
+            Self::Play(options) => {
+                open_bag::refuse_other_kinds(&options.bag)?;
+                return code_of(bag_player::shell::run_options(options, ros));
+            }
             Self::Record(options) => return code_of(record::run(&options, ros)),
             Self::Info(args) => info::run(&args),
             Self::Import(args) => import::run(args, &Interrupt::on_signals()?),

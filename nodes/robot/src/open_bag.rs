@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bag_player::Bag;
+use bag_player::{Bag, BagError};
 
 use crate::failure::Failure;
 use crate::import::{numbered_pictures, tum};
@@ -14,23 +14,38 @@ use crate::ros_words::quoted;
 /// # Errors
 /// When it cannot be opened; with the command that takes a recording of another kind.
 pub(crate) fn open_bag(path: &Path) -> Result<Bag, Failure> {
-    Bag::open(path).map_err(|error| {
-        let failure = Failure::new(error.to_string());
-        match taken_by(path) {
-            Some(command) => failure.fix(command),
-            None => failure,
-        }
-    })
+    Bag::open(path).map_err(|error| refused(path, &error))
+}
+
+/// Why a bag cannot be opened, with the command that takes a recording of another kind.
+pub fn refused(path: &Path, error: &BagError) -> Failure {
+    let failure = Failure::new(error.to_string());
+    match taken_by(path) {
+        Some(command) => failure.fix(command),
+        None => failure,
+    }
+}
+
+/// Refuses a recording that another command takes.
+///
+/// # Errors
+/// With that command.
+pub(crate) fn refuse_other_kinds(path: &Path) -> Result<(), Failure> {
+    // A bag of ROS 1 is converted when it is opened: that is left to who reads it.
+    if taken_by(path).is_some() { open_bag(path).map(drop) } else { Ok(()) }
 }
 
 /// What takes a recording of another kind.
 fn taken_by(path: &Path) -> Option<String> {
     let shown = quoted(&path.display().to_string());
-    if LidarSource::is_no_bag(path) {
-        return Some(format!("`stillmap run {shown} --pose lidar` maps a LiDAR's recording"));
-    }
     let name = path.file_name().map_or_else(Default::default, |name| name.to_string_lossy());
     let bag = quoted(&format!("{}.mcap", if name.is_empty() { "recording" } else { &*name }));
+    if LidarSource::is_no_bag(path) {
+        let import = if path.is_dir() { "kitti" } else { "velodyne" };
+        return Some(format!(
+            "`stillmap run {shown} --pose lidar` maps a LiDAR's recording, `stillmap import {import} {shown} -o {bag}` makes a bag of it"
+        ));
+    }
     if tum::is_sequence(path) {
         return Some(format!(
             "`stillmap import tum {shown} --scan-from-depth -o {bag}` makes a bag of a TUM sequence"
@@ -69,13 +84,16 @@ mod tests {
             ("desk", Some("import tum")),
             ("the kitchen", Some("-o 'the kitchen.mcap'`")),
             ("07", Some("--pose lidar")),
+            ("07", Some("`stillmap import kitti ")),
             ("drive.pcap", Some("--pose lidar")),
+            ("drive.pcap", Some("-o drive.pcap.mcap`")),
             ("notes.txt", None),
             ("empty", None),
         ] {
             let said = open_bag(&at(name)).unwrap_err().to_string();
             let holds = command.is_none_or(|command| said.contains(command));
             assert!(holds && said.contains("`stillmap") == command.is_some(), "{name}: {said}");
+            assert_eq!(refuse_other_kinds(&at(name)).is_err(), command.is_some(), "{name}");
         }
     }
 }
