@@ -155,6 +155,56 @@ async fn what_is_recorded_is_what_was_sent() {
     driver.close().await;
 }
 
+/// Regression: the subscription asked for what the first publisher offers, and a later one that offers less was not recorded.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_later_publisher_that_is_best_effort_is_recorded_beside_a_reliable_one() {
+    let graph = Graph::new(&[]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let shutdown = graph.recorder.shutdown_signal();
+    let reliable = graph.publisher::<LaserScan>("/scan", &Qos::reliable(10));
+    let topics = vec!["/scan".to_owned()];
+    let options = RecordOptions { topics, ..RecordOptions::new(path.clone()) };
+    let Graph { recorder, driver, _domain } = graph;
+    let mut reports = recorder.reports();
+    let recording = recording(recorder, options);
+    is_heard(&reliable).await;
+    (0..3).for_each(|beams| reliable.publish(scan(beams)).unwrap());
+    has_received(&mut reports, "/scan", 3).await;
+    let best_effort = driver.publisher::<LaserScan>("/scan", &Qos::sensor(10)).unwrap();
+    is_heard(&best_effort).await;
+    // Even ones are reliable, odd ones are not.
+    let has_enough = |report: &Option<Arc<DiagnosticStatus>>| {
+        let value = report.as_ref().and_then(|report| report.value("received /scan"));
+        value.is_some_and(|value| value.parse::<u32>().unwrap() >= 60)
+    };
+    let mut index = 4;
+    let until_enough = async {
+        while tokio::time::timeout(Duration::from_millis(10), reports.wait_for(has_enough))
+            .await
+            .is_err()
+        {
+            reliable.publish(scan(index)).unwrap();
+            best_effort.publish(scan(index + 1)).unwrap();
+            index += 2;
+        }
+    };
+    tokio::time::timeout(PATIENCE, until_enough).await.unwrap();
+    shutdown.trigger();
+    let summary = tokio::time::timeout(PATIENCE, recording).await.unwrap().unwrap();
+    let recorded = messages(&Bag::open(&path).unwrap());
+    let mut beams: Vec<usize> =
+        recorded.iter().map(|one| one.decode::<LaserScan>().unwrap().ranges.len()).collect();
+    beams.sort_unstable();
+    // Each once, though both subscriptions had the reliable publisher for a moment.
+    assert!(beams.windows(2).all(|pair| pair[0] < pair[1]), "{beams:?}");
+    assert_eq!(beams[..3], [0, 1, 2], "{summary}");
+    assert!(beams.iter().filter(|beams| *beams % 2 == 1).count() > 5, "{beams:?}");
+    assert!(beams.iter().filter(|beams| *beams % 2 == 0).count() > 5, "{beams:?}");
+    drop((reliable, best_effort));
+    driver.close().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn simulated_time_is_that_of_the_clock() {
     let graph = Graph::new(&["--ros-args", "-p", "use_sim_time:=true"]);

@@ -1,13 +1,16 @@
 //! The recorder's subscriptions: one for each topic, opened when its first publisher is discovered.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
 
 use geometry::Stamp;
 use msgs::builtin_interfaces::Time;
 use msgs::convert::stamp_from_time;
-use node_shell::{DiscoveredEndpoint, Node, NodeClock, RawSubscription, ReceivedBytes, Role};
+use node_shell::{DiscoveredEndpoint, Node, NodeClock, Qos, RawSubscription, ReceivedBytes, Role};
+use tokio::sync::mpsc::{self, UnboundedReceiver, UnboundedSender};
 use tokio::sync::watch;
 use tokio::task::JoinSet;
+use tokio::time::{Instant, sleep};
 
 use super::error::RecordError;
 use super::options::RecordOptions;
@@ -18,19 +21,33 @@ use super::summary::RecordedTopic;
 /// Topics that are recorded, or refused, at most: a graph has some hundred, and a peer may announce any number.
 const MOST_TOPICS: usize = 1000;
 
+/// A subscription is replaced when the new one has matched the publishers, or after this time: one may have ended meanwhile.
+const LONGEST_OVERLAP: Duration = Duration::from_secs(5);
+/// No more messages are received by both: those that wait in both, and those that come in between.
+const REMEMBERED: usize = 4 * WAITING_SMALL;
+/// How often that is looked for.
+const LOOK: Duration = Duration::from_millis(20);
+
 /// All of them.
 pub(super) struct Subscriptions<'a> {
     node: &'a Node,
     wanted: Wanted,
     queue: Queue,
-    /// The topics that are recorded, and those that cannot be recorded, with their types.
-    known: BTreeMap<String, String>,
+    /// The topics that are recorded, and those that cannot be recorded.
+    known: BTreeMap<String, Known>,
     /// Those with publishers of another type, which was logged.
     of_two_types: BTreeSet<String>,
     recorded: usize,
     is_full: bool,
     stop: watch::Sender<bool>,
     listening: JoinSet<RecordedTopic>,
+}
+
+/// A topic that was found.
+struct Known {
+    type_name: String,
+    /// What is asked of its publishers, and where a subscription goes that asks for less; `None` if it cannot be recorded.
+    recorded: Option<(Qos, UnboundedSender<RawSubscription>)>,
 }
 
 /// The topics to record, by their absolute names.
@@ -79,14 +96,17 @@ impl<'a> Subscriptions<'a> {
         let publishers = || survey.iter().filter(|one| one.role == Role::Publisher);
         for publisher in publishers() {
             let DiscoveredEndpoint { topic, type_name, .. } = publisher;
+            let of_topic =
+                publishers().filter(|one| one.topic == *topic && one.type_name == *type_name);
             match self.known.get(topic) {
                 None if self.known.len() >= MOST_TOPICS => self.refuse_more(),
                 None if self.wanted.contains(topic) => {
-                    let of_topic = publishers()
-                        .filter(|one| one.topic == *topic && one.type_name == *type_name);
                     self.open(topic, type_name, Quality::of(type_name, of_topic));
                 }
-                Some(known) if known != type_name && self.of_two_types.insert(topic.clone()) => {
+                Some(known) if known.type_name == *type_name => {
+                    self.weaken(topic, Quality::of(type_name, of_topic).asked);
+                }
+                Some(Known { type_name: known, .. }) if self.of_two_types.insert(topic.clone()) => {
                     tracing::warn!(
                         "{topic} is published as {known} and as {type_name}: only {known} is recorded"
                     );
@@ -104,8 +124,37 @@ impl<'a> Subscriptions<'a> {
         }
     }
 
+    /// Subscribes anew to a topic with a later publisher that offers less than is asked for: it would not match.
+    fn weaken(&mut self, topic: &str, offered: Qos) {
+        let Some(Known { type_name, recorded: Some((asked, replace)) }) = self.known.get_mut(topic)
+        else {
+            return;
+        };
+        let is_reliable = asked.is_reliable() && offered.is_reliable();
+        let is_latched = asked.is_transient_local() && offered.is_transient_local();
+        if (is_reliable, is_latched) == (asked.is_reliable(), asked.is_transient_local()) {
+            return;
+        }
+        *asked = Qos::new(is_reliable, is_latched, asked.depth());
+        let what = if is_reliable { "not latched" } else { "best effort" };
+        match self.node.raw_subscription(topic, type_name, asked) {
+            Ok(subscription) => {
+                tracing::warn!(
+                    "{topic} has a further publisher, which is {what}: all are recorded as such"
+                );
+                // It has ended only when the recording ends.
+                let _ended = replace.send(subscription);
+            }
+            Err(error) => tracing::warn!(
+                "{topic} has a further publisher, which is {what} and is not recorded: {error}"
+            ),
+        }
+    }
+
     fn open(&mut self, topic: &str, type_name: &str, quality: Quality) {
-        self.known.insert(topic.to_owned(), type_name.to_owned());
+        let (replace, replacements) = mpsc::unbounded_channel();
+        let known = Known { type_name: type_name.to_owned(), recorded: None };
+        self.known.insert(topic.to_owned(), known);
         // A peer that is not a ROS 2 node may have other names; and a remapping may apply to this one.
         if self.node.resolve(topic).as_deref().ok() != Some(topic) {
             tracing::warn!("{topic} is not a valid name of a ROS 2 topic: it is not recorded");
@@ -136,8 +185,14 @@ impl<'a> Subscriptions<'a> {
             definition: definition.unwrap_or_default(),
             offered: quality.offered,
         };
+        if let Some(known) = self.known.get_mut(topic) {
+            known.recorded = Some((quality.asked, replace));
+        }
         let ear = Ear {
             subscription,
+            replacements,
+            written: VecDeque::new(),
+            replaced: BTreeSet::new(),
             type_name: type_name.to_owned(),
             is_defined,
             number,
@@ -167,6 +222,13 @@ impl<'a> Subscriptions<'a> {
 /// One topic that is recorded.
 struct Ear {
     subscription: RawSubscription,
+    /// Subscriptions that ask for less, each in place of the one before.
+    replacements: UnboundedReceiver<RawSubscription>,
+    /// When the last messages were sent that were written: a subscription that replaces another receives some of them again, those that
+    /// came while there were two, and what the participant still has of before.
+    written: VecDeque<Stamp>,
+    /// Those that are not to be written again.
+    replaced: BTreeSet<Stamp>,
     type_name: String,
     is_defined: bool,
     /// The number of the topic in write jobs.
@@ -175,21 +237,65 @@ struct Ear {
     queue: Queue,
 }
 
+/// What an ear hears next.
+enum Next {
+    /// A subscription that is to replace its own.
+    Newer(Box<RawSubscription>),
+    Message(ReceivedBytes),
+    /// Whether that has matched the publishers.
+    Look,
+}
+
 impl Ear {
-    async fn listen(self, announced: Job, mut stop: watch::Receiver<bool>) -> RecordedTopic {
+    async fn listen(mut self, announced: Job, mut stop: watch::Receiver<bool>) -> RecordedTopic {
         let mut topic =
             RecordedTopic::new(self.subscription.topic(), &self.type_name, self.is_defined);
         let mut goes_on = self.queue.put(announced).await;
+        let mut newer: Option<(RawSubscription, Instant)> = None;
         while goes_on {
-            let received = tokio::select! {
+            let next = tokio::select! {
                 biased;
                 // A dropped sender of the stop signal ends the recording, too.
                 _ = stop.wait_for(|stop| *stop) => break,
-                received = self.subscription.next() => received,
+                Some(newer) = self.replacements.recv(), if newer.is_none() => Next::Newer(Box::new(newer)),
+                received = self.subscription.next() => Next::Message(received),
+                () = sleep(LOOK), if newer.is_some() => Next::Look,
             };
-            goes_on = self.write(received, &mut topic).await;
+            match next {
+                Next::Newer(subscription) => newer = Some((*subscription, Instant::now())),
+                Next::Message(received) => goes_on = self.write(received, &mut topic).await,
+                Next::Look => {}
+            }
+            let before = self.subscription.publisher_count();
+            let has_matched = |(newer, since): &mut (RawSubscription, Instant)| {
+                newer.publisher_count() > before || since.elapsed() > LONGEST_OVERLAP
+            };
+            if let Some((newer, _)) = newer.take_if(has_matched) {
+                goes_on = goes_on && self.replace(newer, &mut topic).await;
+            }
         }
-        // Messages that arrived before the end are written, however long the disk takes; later ones are not.
+        if let Some((newer, _)) = newer {
+            goes_on = goes_on && self.replace(newer, &mut topic).await;
+        }
+        self.write_rest(goes_on, &mut topic).await;
+        // All subscriptions to a topic count together.
+        topic.lost = self.subscription.lost_count();
+        topic
+    }
+
+    /// Goes on with another subscription, after what this one has received; `false` where the writer has ended.
+    async fn replace(&mut self, newer: RawSubscription, topic: &mut RecordedTopic) -> bool {
+        let mut goes_on = true;
+        while goes_on && let Some(received) = self.subscription.try_next() {
+            goes_on = self.write(received, topic).await;
+        }
+        self.subscription = newer;
+        self.replaced.extend(self.written.iter().copied());
+        goes_on
+    }
+
+    /// Messages that arrived before the end are written, however long the disk takes; later ones are not.
+    async fn write_rest(&mut self, mut goes_on: bool, topic: &mut RecordedTopic) {
         let mut rest = Vec::new();
         while rest.len() < WAITING_SMALL
             && let Some(received) = self.subscription.try_next()
@@ -197,14 +303,19 @@ impl Ear {
             rest.push(received);
         }
         for received in rest {
-            goes_on = goes_on && self.write(received, &mut topic).await;
+            goes_on = goes_on && self.write(received, topic).await;
         }
-        topic.lost = self.subscription.lost_count();
-        topic
     }
 
-    /// Passes a message to the writer; `false` where the writer has ended.
-    async fn write(&self, received: ReceivedBytes, topic: &mut RecordedTopic) -> bool {
+    /// Passes a message to the writer, unless the subscription before has; `false` where the writer has ended.
+    async fn write(&mut self, received: ReceivedBytes, topic: &mut RecordedTopic) -> bool {
+        if received.sent.is_some_and(|sent| self.replaced.remove(&sent)) {
+            return true;
+        }
+        self.written.extend(received.sent);
+        if self.written.len() > REMEMBERED {
+            self.written.pop_front();
+        }
         let now = self.clock.now();
         if now == Time::default() {
             topic.before_clock += 1;
