@@ -128,7 +128,8 @@ fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
         .and_then(|transport| transport.probe_receive_buffer())
         .ok()
         .map(ReceiveBuffer::from);
-    let findings = bag::findings(&bag, &args.topics, &parameters, buffer.as_ref())?;
+    let parameters = (&parameters, !args.parameter_files.is_empty());
+    let findings = bag::findings(&bag, &args.topics, parameters, buffer.as_ref())?;
     Ok(Report { findings, ..Report::default() })
 }
 
@@ -156,10 +157,19 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
     };
     findings.extend(view.findings(&machine, &buffer));
     // Where there is none, the findings say what is missing.
-    if let Ok(proposal) = Proposal::of(&view)
-        && let Ok(command) = proposal.command(&[], ros)
-    {
-        findings.push(Finding::ok(Check::Inputs, format!("for this graph: {command}")));
+    if let Ok(proposal) = Proposal::of(&view) {
+        if let Ok(command) = proposal.command(&[], ros) {
+            findings.push(Finding::ok(Check::Inputs, format!("for this graph: {command}")));
+        }
+        if !proposal.knows_mounts() {
+            // A preset may be what the suite is going to be started with.
+            findings.push(Finding::ok(
+                Check::Extrinsics,
+                "tf does not say where scanner and camera are on the robot: `stillmap up --rig` takes a preset, or a parameter file with their \
+                 mounts; where they are not known, `stillmap record -o rig.mcap`, with walls in view of both, then `stillmap calibrate \
+                 rig.mcap -o extrinsics.yaml` and --rig extrinsics.yaml",
+            ));
+        }
     }
     Ok(Report { findings, topics: view.listing(), tally: Tally::default() })
 }

@@ -15,12 +15,12 @@ use crate::failure::Failure;
 use crate::run::inputs::TopicArgs;
 use reading::BagFacts;
 
-/// Reads the whole bag and returns the findings about it. `parameters` are those of a run; `buffer` is what this machine
+/// Reads the whole bag and returns the findings about it. `parameters` are those of a run, given by the user or not; `buffer` is what this machine
 /// grants, if that is known.
 pub(super) fn findings(
     bag: &Bag,
     topics: &TopicArgs,
-    parameters: &DetectionParameters,
+    (parameters, are_given): (&DetectionParameters, bool),
     buffer: Option<&ReceiveBuffer>,
 ) -> Result<Vec<Finding>, Failure> {
     let facts = BagFacts::read(bag, topics, parameters)?;
@@ -29,7 +29,8 @@ pub(super) fn findings(
     findings.extend(facts.topics.iter().flat_map(|(topic, facts)| rules::topic(topic, facts)));
     findings.extend(rules::together(&facts, &parameters.config));
     findings.extend(across::findings(&facts));
-    findings.extend(extrinsics::finding(bag, &facts, parameters));
+    let extrinsics = extrinsics::finding(bag, &facts, parameters);
+    findings.extend(extrinsics.or_else(|| extrinsics::unknown(&facts, parameters, are_given)));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }

@@ -5,7 +5,7 @@ use calibration::{
     CalibrationConfig, Cycle, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts,
 };
 use detection::shell::DetectionParameters;
-use geometry::{ExtrinsicsSource, RayTable, pose_vector};
+use geometry::{ExtrinsicsSource, RayTable, RigConfig, pose_vector};
 
 use super::reading::BagFacts;
 use crate::calibrate::reader::{self, Choosing, Topics};
@@ -19,8 +19,43 @@ const MOST_CYCLES: usize = 20;
 /// If the platform moves the returns of a scan farther than this, the motion may explain an offset from the surfaces: the
 /// time of each beam is known to half a turn. A third of the limit for the mount's error.
 const MOST_MOTION_M: f64 = 0.01;
+/// What determines the mount.
+const CALIBRATE: &str =
+    "stillmap calibrate BAG -o extrinsics.yaml, then --params-file extrinsics.yaml";
 /// With fewer cycles the mount is not judged.
 const LEAST_CYCLES: usize = 5;
+
+/// Where the bag does not show whether the mount holds: that nothing says what it is. `is_given` is whether the user gives parameters;
+/// `None` where they or tf say it.
+pub(super) fn unknown(
+    facts: &BagFacts,
+    parameters: &DetectionParameters,
+    is_given: bool,
+) -> Option<Finding> {
+    let inputs = facts.choice.as_ref().ok()?;
+    if is_given || parameters.config.pipeline.rig != RigConfig::default() {
+        return None;
+    }
+    let view = match &inputs.view {
+        ViewTopics::Depth { image, .. } => image,
+        ViewTopics::Points(points) => points,
+    };
+    let frame = |topic: &str| facts.topics.get(topic)?.content.frame();
+    let (camera, scanner) = (frame(view)?, frame(&inputs.scan)?);
+    if facts.transforms.tree().lookup_latest(camera, scanner).is_ok() {
+        return None;
+    }
+    Some(Finding::warn(
+        Check::Extrinsics,
+        format!(
+            "neither tf ({camera} to {scanner}) nor a parameter file says where the scanner is: it is taken to be 5 cm below the camera, and \
+             to look ahead; this bag does not show whether it is"
+        ),
+        format!(
+            "{CALIBRATE}, of a recording with walls in view of both; or a --params-file with `rig_from_lidar`"
+        ),
+    ))
+}
 
 /// The finding about the mount; `None` if the bag does not show it.
 pub(super) fn finding(
@@ -113,8 +148,6 @@ fn from_verdicts(
     by_tf: Option<(Extrinsics, RigMounts)>,
     source: ExtrinsicsSource,
 ) -> Option<Finding> {
-    const CALIBRATE: &str =
-        "stillmap calibrate BAG -o extrinsics.yaml, then --params-file extrinsics.yaml";
     let reads_tf = source != ExtrinsicsSource::Parameters;
     if let Some((verdict, mounts)) = &by_tf {
         let offset_by_tf = offset(verdict)?;

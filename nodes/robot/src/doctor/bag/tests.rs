@@ -110,7 +110,24 @@ fn findings_of(path: &Path) -> Vec<Finding> {
         ReceiveBuffer { granted_bytes: 1 << 20, asked_bytes: 1 << 20, largest_safe_bytes: 1 << 20 };
     let bag = Bag::open(path).unwrap();
     let parameters = DetectionParameters::default();
-    findings(&bag, &TopicArgs::default(), &parameters, Some(&buffer)).unwrap()
+    // The mount is given, so that it is no finding that these bags do not show it.
+    findings(&bag, &TopicArgs::default(), (&parameters, true), Some(&buffer)).unwrap()
+}
+
+/// Regression: a bag without tf, which does not show where the scanner is, had no finding about it.
+#[test]
+fn a_mount_that_nothing_says_is_found_with_the_command_that_determines_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = Bag::open(&Recording::healthy().write(folder.path())).unwrap();
+    let faults = |parameters: &DetectionParameters| -> Vec<Finding> {
+        let findings = findings(&bag, &TopicArgs::default(), (parameters, false), None).unwrap();
+        findings.into_iter().filter(|one| one.severity != Severity::Ok).collect()
+    };
+    let mut parameters = DetectionParameters::default();
+    let parts = ["neither tf (camera to laser) nor a parameter file", "stillmap calibrate BAG"];
+    only_fault(&faults(&parameters), Severity::Warn, &parts);
+    parameters.config.pipeline.rig.rig_from_lidar[2] = -0.1;
+    assert_eq!(faults(&parameters), []);
 }
 
 /// The one finding that is not ok.

@@ -131,6 +131,11 @@ impl Proposal {
         proposal
     }
 
+    /// Whether tf says where scanner and camera are on the robot.
+    pub(crate) fn knows_mounts(&self) -> bool {
+        self.ros_arguments.iter().any(|word| word.starts_with("extrinsics:="))
+    }
+
     /// The command, for a shell, with these arguments for the program itself. What the user has said of the nodes stands before what is
     /// proposed, and holds.
     ///
