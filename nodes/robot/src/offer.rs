@@ -5,9 +5,17 @@ use std::collections::BTreeSet;
 use bag_player::{BagInfo, TopicInfo};
 use msgs::RosMessage;
 use msgs::sensor_msgs::{CompressedImage, Image, PointCloud2};
+use msgs::tf2_msgs::TFMessage;
 use msgs::velodyne_msgs::VelodyneScan;
 
+use crate::run::PoseTopicKind;
+
 const GRAPH: &str = "the graph";
+/// A robot's poses come at least so often, RTAB-Map's and slam_toolbox's at 1 Hz and more; goals and first guesses do not.
+pub(crate) const LEAST_POSES_HZ: f64 = 1.0;
+
+/// The truth of a simulation.
+const TRUTH: &str = "/truth/";
 
 /// One topic of an offer.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +25,8 @@ struct Offered<'a> {
     /// The encoding of its messages, where it is none that is read.
     unread_encoding: Option<&'a str>,
     is_empty: bool,
+    /// Whether it has poses that are no robot's: they come once in a while, and others often.
+    is_goal: bool,
 }
 
 /// Topics with their types.
@@ -33,11 +43,23 @@ impl<'a> Offer<'a> {
     /// The topics of a bag. Those without messages are none to choose, unless they are named.
     #[must_use]
     pub fn of_bag(info: &'a BagInfo) -> Self {
+        let is_pose = |topic: &TopicInfo| {
+            PoseTopicKind::ALL.iter().any(|kind| kind.type_name() == topic.type_name)
+        };
+        let is_often = |topic: &TopicInfo| topic.rate_hz.is_some_and(|hz| hz >= LEAST_POSES_HZ);
+        let is_truth = |topic: &TopicInfo| topic.topic.starts_with(TRUTH);
+        let places = |topic: &TopicInfo| {
+            is_often(topic)
+                && !is_truth(topic)
+                && (is_pose(topic) || topic.type_name == TFMessage::TYPE_NAME)
+        };
+        let has_poses = info.topics.iter().any(places);
         let offered = |topic: &'a TopicInfo| Offered {
             topic: &topic.topic,
             type_name: &topic.type_name,
             unread_encoding: (!topic.is_playable()).then_some(&topic.encoding),
             is_empty: topic.message_count == 0,
+            is_goal: has_poses && is_pose(topic) && !is_often(topic),
         };
         Self {
             place: "the bag",
@@ -53,6 +75,7 @@ impl<'a> Offer<'a> {
             type_name,
             unread_encoding: None,
             is_empty: false,
+            is_goal: false,
         };
         Self {
             place: GRAPH,
@@ -95,7 +118,8 @@ impl<'a> Offer<'a> {
             offered.type_name == type_name
                 && offered.unread_encoding.is_none()
                 && !offered.is_empty
-                && !offered.topic.starts_with("/truth/")
+                && !offered.is_goal
+                && !offered.topic.starts_with(TRUTH)
         };
         self.topics.iter().filter(is_input).map(|offered| offered.topic)
     }
@@ -126,5 +150,45 @@ impl<'a> Offer<'a> {
             " in cdr (ROS 2), the encoding that is read: it has messages in {}",
             encodings.join(", ")
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bag_player::{Bag, BagWriter, OfferedQos};
+    use geometry::Stamp;
+    use msgs::geometry_msgs::PoseStamped;
+    use msgs::nav_msgs::Odometry;
+
+    use super::*;
+
+    fn put<M: RosMessage + Default>(writer: &mut BagWriter, topic: &str, times_s: &[f64]) {
+        let channel = writer.channel::<M>(topic, OfferedQos::reliable(10)).unwrap();
+        for time_s in times_s {
+            let stamp = Stamp::from_secs_nanos(100, 0).plus_seconds(*time_s);
+            writer.write(channel, stamp, &M::default()).unwrap();
+        }
+    }
+
+    /// Regression: in a bag of a robot with Nav2 the goals, which are of the type PoseStamped, were taken for the robot's poses.
+    #[test]
+    fn goals_are_no_poses_where_there_is_an_odometry() {
+        let folder = tempfile::tempdir().unwrap();
+        let often: Vec<f64> = (0..60).map(|index| 0.1 * f64::from(index)).collect();
+        let offered = |name: &str, goals: &[f64], odometry: &[f64]| -> Vec<String> {
+            let path = folder.path().join(name);
+            let mut writer = BagWriter::create(&path).unwrap();
+            put::<PoseStamped>(&mut writer, "/goal_pose", goals);
+            put::<Odometry>(&mut writer, "/odom", odometry);
+            writer.finish().unwrap();
+            let info = Bag::open(&path).unwrap().info().unwrap();
+            Offer::of_bag(&info).of_type(PoseStamped::TYPE_NAME).map(str::to_owned).collect()
+        };
+        for (name, goals) in [("one", &[2.0][..]), ("three", &[0.0, 2.0, 5.0])] {
+            assert!(offered(&format!("{name}.mcap"), goals, &often).is_empty(), "{name}");
+            // They may be all that there is.
+            assert_eq!(offered(&format!("{name}_alone.mcap"), goals, &[]), ["/goal_pose"]);
+        }
+        assert_eq!(offered("both.mcap", &often, &often), ["/goal_pose"]);
     }
 }
