@@ -178,6 +178,14 @@ pub(crate) fn view_of(info: &BagInfo, topics: &TopicArgs) -> Result<ViewTopics, 
     Chooser { offer: &Offer::of_bag(info) }.chosen_view(topics)
 }
 
+/// Whether images are no depths by the name of their topic: those of a colour or an infrared camera. A name may have both, as
+/// `depth_to_rgb/image_raw` of Azure Kinect's driver.
+fn is_of_another_camera(topic: &str) -> bool {
+    let parts = || topic.split(['/', '_']);
+    let others = ["rgb", "color", "colour", "ir", "infra", "infra1", "infra2", "infrared"];
+    !topic.contains("depth") && parts().any(|part| others.contains(&part))
+}
+
 struct Chooser<'a> {
     offer: &'a Offer<'a>,
 }
@@ -254,10 +262,19 @@ impl Chooser<'_> {
             let camera_info = self.camera_info(args, beside)?;
             return Ok(ViewTopics::Depth { image, camera_info });
         }
-        let has_depth = args.depth.is_some() || !self.of_type(Image::TYPE_NAME).is_empty();
-        if !has_depth && !self.of_type(PointCloud2::TYPE_NAME).is_empty() {
+        let images = self.of_type(Image::TYPE_NAME);
+        let has_depth = images.iter().any(|topic| topic.contains("depth"));
+        if !(has_depth || args.depth.is_some() || has_none(PointCloud2::TYPE_NAME)) {
             let points = self.topic::<PointCloud2>(&args.points, "--points", &["points"])?;
             return Ok(ViewTopics::Points(points));
+        }
+        if args.depth.is_none() && images.iter().all(|topic| is_of_another_camera(topic)) {
+            return Err(Failure::new(format!(
+                "{} has no depth images: {} is of colour or infrared by its name",
+                self.offer.place(),
+                images.join(", ")
+            ))
+            .fix(format!("--depth or --points names their topic; {}", self.offer.listed_by())));
         }
         let image = self.topic::<Image>(&args.depth, "--depth", &["depth/image", "depth"])?;
         let camera_info = self.camera_info(args, &image)?;
@@ -306,6 +323,10 @@ impl Chooser<'_> {
         match args.pose.as_deref() {
             Some(VISUAL) => self.visual_odometry(args, view),
             Some(BY_TF) => Ok(PoseSource::Tf),
+            Some(LIDAR) => Err(Failure::new(
+                "--pose lidar is of `stillmap run` and `up`, without a 2D scanner",
+            )
+            .fix("give a --pose topic, or leave it out")),
             Some(named) => self.named_pose(named),
             None => self.pose_of_kind(preferred),
         }
@@ -442,3 +463,6 @@ impl Chooser<'_> {
         self.offer.of_type(type_name).collect()
     }
 }
+
+#[cfg(test)]
+mod tests;
