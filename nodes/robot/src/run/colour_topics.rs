@@ -36,9 +36,15 @@ impl ColourTopics {
         info: &BagInfo,
     ) -> Result<Option<Self>, Failure> {
         let ViewTopics::Depth { image: depth, camera_info } = view else { return Ok(None) };
-        let chosen = match VisualTopics::choose(args, depth, camera_info, &Offer::of_bag(info)) {
+        let offer = Offer::of_bag(info);
+        let chosen = match VisualTopics::choose(args, depth, camera_info, &offer) {
             Ok(chosen) => chosen,
-            Err(_) if args.is_empty() => return Ok(None),
+            Err(failure) if args.is_empty() => {
+                if VisualTopics::is_usual_in(&offer) {
+                    console::note(format_args!("the map has no colours: {failure}"));
+                }
+                return Ok(None);
+            }
             Err(failure) => return Err(failure),
         };
         // An infrared or a grey camera is taken where it is named.

@@ -83,6 +83,12 @@ impl VisualTopics {
         })
     }
 
+    /// Whether there are images of a colour camera by their name.
+    pub(crate) fn is_usual_in(offer: &Offer<'_>) -> bool {
+        let images = offer.of_type(Image::TYPE_NAME);
+        images.chain(offer.of_type(CompressedImage::TYPE_NAME)).any(is_colour)
+    }
+
     /// Whether the images are of a colour camera by their name: others may be of an infrared or a grey one.
     pub(crate) fn has_usual_name(&self) -> bool {
         is_usual(&self.image)
@@ -134,6 +140,10 @@ pub fn depth_info_topic(depth: &str) -> String {
     format!("{parent}/camera_info")
 }
 
+fn is_colour(topic: &str) -> bool {
+    is_usual(topic) && !topic.contains("depth")
+}
+
 fn is_usual(image: &str) -> bool {
     ["rgb", "color", "colour"].iter().any(|name| image.contains(name))
 }
@@ -170,11 +180,65 @@ fn color_image(
         ))
         .fix("visual odometry takes sensor_msgs/Image or CompressedImage beside the depth images")),
         ([(topic, is_compressed)], _) => Ok(((*topic).to_owned(), *is_compressed)),
-        (_, [(topic, is_compressed), ..]) => Ok(((*topic).to_owned(), *is_compressed)),
-        (several, []) => {
-            let names: Vec<&str> = several.iter().map(|(topic, _)| *topic).collect();
-            Err(Failure::new(format!("{} has {} topics of images", offer.place(), several.len()))
-                .fix(format!("choose with --image: {}", names.join(", "))))
+        (several, []) => Err(undecided(several.iter(), offer)),
+        (_, usual) => {
+            let of_camera = of_the_camera(depth, usual);
+            let (topic, is_compressed) =
+                of_camera.ok_or_else(|| undecided(usual.iter().copied(), offer))?;
+            Ok((topic.to_owned(), is_compressed))
         }
+    }
+}
+
+/// Of several topics the one of the camera of the depth images: with the most parts of its name in common with theirs, from the left. A camera
+/// may have more than one, as rectified images beside raw ones, and the first is taken; `None` where they are of different cameras.
+fn of_the_camera<'a>(depth: &str, topics: &[&(&'a str, bool)]) -> Option<(&'a str, bool)> {
+    let shared = |topic: &str| {
+        let both = topic.split('/').zip(depth.split('/'));
+        both.take_while(|(one, other)| one == other).count()
+    };
+    let most = topics.iter().map(|(topic, _)| shared(topic)).max()?;
+    let mut nearest = topics.iter().filter(|(topic, _)| shared(topic) == most);
+    let first = **nearest.next()?;
+    // Without a part in common (a name begins with a slash, so with an empty one) the next part is that of their camera.
+    let camera = |topic: &str| topic.split('/').nth(most).map(str::to_owned);
+    let is_one = most > 1 || nearest.all(|(topic, _)| camera(topic) == camera(first.0));
+    is_one.then_some(first)
+}
+
+fn undecided<'a>(several: impl Iterator<Item = &'a (&'a str, bool)>, offer: &Offer<'_>) -> Failure {
+    let names: Vec<&str> = several.map(|(topic, _)| *topic).collect();
+    Failure::new(format!("{} has {} topics of images", offer.place(), names.len()))
+        .fix(format!("choose with --image: {}", names.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The colour images that are chosen for depth images among topics.
+    fn colours(depth: &str, images: &[&str]) -> Result<String, String> {
+        let topics = images.iter().copied().chain([depth]).map(|topic| (topic, Image::TYPE_NAME));
+        let info = depth_info_topic(depth);
+        let offer = Offer::of_graph(topics.chain([(info.as_str(), CameraInfo::TYPE_NAME)]));
+        let chosen = VisualTopics::choose(&VisualTopicArgs::default(), depth, &info, &offer);
+        chosen.map(|topics| topics.image).map_err(|failure| failure.to_string())
+    }
+
+    /// Regression: of two cameras the images of the first by name were taken, whatever the depth images were.
+    #[test]
+    fn colours_are_of_the_camera_of_the_depth_images() {
+        let both = ["/cam_back/rgb/image_raw", "/cam_front/rgb/image_raw"];
+        let chosen = |depth: &str| colours(depth, &both);
+        assert_eq!(chosen("/cam_front/depth/image_raw").as_deref(), Ok(both[1]));
+        assert_eq!(chosen("/cam_back/depth/image_raw").as_deref(), Ok(both[0]));
+        let said = chosen("/kinect/depth/image_raw").unwrap_err();
+        assert!(said.contains("choose with --image: /cam_back/rgb/image_raw, "), "{said}");
+        // One camera has several, and the usual names have none of a camera.
+        let zed = ["/zed/node/left/image_rect_color", "/zed/node/rgb/image_rect_color"];
+        let of_zed = colours("/zed/node/depth/depth_registered", &zed);
+        assert_eq!(of_zed.as_deref(), Ok(zed[0]));
+        let usual = ["/rgb/image_raw", "/rgb/image_rect_color"];
+        assert_eq!(colours("/depth/image", &usual).as_deref(), Ok(usual[0]));
     }
 }
