@@ -44,6 +44,9 @@ impl Command {
     /// # Errors
     /// When the subcommand fails.
     pub fn run(self, ros: &RosArguments) -> Result<ExitCode, Failure> {
+        if !matches!(self, Self::Bench(_)) {
+            robot::refuse_ros_arguments(ros)?;
+        }
         let outcome = match self {
             Self::Demo(args) => demo::run(&args, &Interrupt::on_signals()?),
             Self::Simulate(args) => simulate::run(&args, &Interrupt::on_signals()?),

@@ -68,6 +68,13 @@ pub struct DoctorArgs {
     topics: TopicArgs,
 }
 
+impl DoctorArgs {
+    /// Whether it listens to the live graph.
+    pub(crate) fn is_of_a_graph(&self) -> bool {
+        self.bag.is_none() && !self.checks
+    }
+}
+
 /// The result of the checks.
 #[derive(Debug, Default, Serialize)]
 struct Report {

@@ -98,6 +98,9 @@ impl Command {
         ros: &RosArguments,
         scoring: Option<run::Scoring>,
     ) -> Result<ExitCode, Failure> {
+        if !self.takes_ros_arguments() {
+            refuse_ros_arguments(ros)?;
+        }
         let outcome = match self {
             Self::Run(args) => run::run(&args, scoring, &Interrupt::on_signals()?),
             Self::Filter(args) => filter::run(&args, &Interrupt::on_signals()?),
@@ -119,6 +122,30 @@ impl Command {
         };
         outcome.map(Outcome::exit_code)
     }
+}
+
+impl Command {
+    /// Whether it starts a node, or listens to a graph.
+    fn takes_ros_arguments(&self) -> bool {
+        match self {
+            Self::Play(_) | Self::Record(_) | Self::Up(_) | Self::View(_) | Self::Node(_) => true,
+            Self::Doctor(args) => args.is_of_a_graph(),
+            _ => false,
+        }
+    }
+}
+
+/// Refuses what would have no effect.
+///
+/// # Errors
+/// When there are ROS arguments.
+pub fn refuse_ros_arguments(ros: &RosArguments) -> Result<(), Failure> {
+    let none = RosArguments::parse(Vec::<String>::new());
+    if none.is_ok_and(|none| none == *ros) {
+        return Ok(());
+    }
+    Err(Failure::new("--ros-args is for nodes, and has no effect here")
+        .fix("--params-file FILE gives parameters to those commands that take some, and --scan, --depth, --pose, ... name the topics of a bag"))
 }
 
 fn code_of(result: Result<ExitCode, NodeFailure>) -> Result<ExitCode, Failure> {
