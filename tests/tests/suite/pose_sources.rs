@@ -170,7 +170,7 @@ fn an_odometry_a_localisation_and_tf_give_the_map_of_stamped_poses() {
     assert_same_map("localisation", &map_of(&localised, "local", &of_robot), &expected);
 
     // map to odom ten times a second, odom to the robot at each pose; nothing is said of frames and mounts.
-    let by_tf = with_description(folder.path(), &drive, "by_tf.mcap", |topics| {
+    let tf = || {
         let odom_from_map = map_from_odom().inverse();
         let first = poses[0].1.stamp;
         let mut messages = Vec::new();
@@ -183,11 +183,28 @@ fn an_odometry_a_localisation_and_tf_give_the_map_of_stamped_poses() {
             messages.push((stamp, transform(stamp, "map", "odom", &map_from_odom())));
         }
         messages.sort_by_key(|(time, _)| *time);
-        topics.messages("/tf", messages);
+        messages
+    };
+    let by_tf = with_description(folder.path(), &drive, "by_tf.mcap", |topics| {
+        topics.messages("/tf", tf());
     });
     for transport in ["local", "dds"] {
         assert_same_map(transport, &map_of(&by_tf, transport, &[]), &expected);
     }
+
+    // Regression: of a bag with an odometry beside, as most robots' are, the mounts were those of the parameters, though tf has them.
+    let with_odometry = with_description(folder.path(), &drive, "with_odometry.mcap", |topics| {
+        topics.messages("/tf", tf());
+        let messages = poses.iter().map(|(time, pose)| {
+            let map_from_rig = map_from_odom().inverse() * pose.map_from_rig;
+            let message = convert::message_from_pose(&StampedPose { map_from_rig, ..pose.clone() });
+            let mut odometry = Odometry { header: message.header, ..Odometry::default() };
+            (odometry.child_frame_id, odometry.pose.pose) = ("base_link".to_owned(), message.pose);
+            (*time, odometry)
+        });
+        topics.messages("/odom", messages);
+    });
+    assert_same_map("with odometry", &map_of(&with_odometry, "local", &[]), &expected);
 }
 
 #[test]

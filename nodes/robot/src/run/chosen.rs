@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
-use bag_player::{Bag, BagInfo};
-use detection::shell::ColourInput;
+use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
+use detection::shell::{ColourInput, DetectionParameters};
 use geometry::ExtrinsicsSource;
+use msgs::sensor_msgs::{LaserScan, PointCloud2};
 
 use super::colour_topics::ColourTopics;
-use super::inputs::{Inputs, TopicArgs};
+use super::inputs::{Inputs, TF, TopicArgs, ViewTopics};
 use super::parameters::{ParameterArgs, PipelineParameters};
 use super::pose_topics::{PoseSource, PoseTopicKind};
 use super::tf_frames;
+use super::view_topics::depth_image;
 use crate::failure::Failure;
 use crate::import::AddedScans;
 use crate::open_bag::open_bag;
@@ -66,9 +68,57 @@ pub(crate) fn choose_inputs(
     topics: &TopicArgs,
     parameters: &mut PipelineParameters,
 ) -> Result<(Inputs, Option<String>), Failure> {
-    let inputs = Inputs::choose(topics, info, parameters.detection_node())?;
+    let mut inputs = Inputs::choose(topics, info, parameters.detection_node())?;
+    if topics.pose.is_none() && is_placed_by_tf(bag, &inputs, parameters.detection_node())? {
+        inputs.pose = PoseSource::Tf;
+    }
     let note = take_poses_of(bag, &inputs, parameters)?;
     Ok((inputs.needed_by(parameters.detection_node()), note))
+}
+
+/// Whether a bag with poses on a topic has all of it in tf: the robot in the map, and the sensors on the robot, where no parameter says how they
+/// are mounted. The poses of the topic are those of the robot, and not of a sensor.
+fn is_placed_by_tf(
+    bag: &Bag,
+    inputs: &Inputs,
+    parameters: &DetectionParameters,
+) -> Result<bool, Failure> {
+    let is_on_a_topic = matches!(inputs.pose, PoseSource::Topic { .. });
+    let is_said = parameters.pose_source != DetectionParameters::default().pose_source
+        || parameters.config.pipeline.rig.extrinsics != ExtrinsicsSource::Parameters;
+    if !is_on_a_topic || is_said || !inputs.transforms.contains(&TF) {
+        return Ok(false);
+    }
+    let view = match &inputs.view {
+        ViewTopics::Depth { image, .. } => {
+            first(bag, image, |message| Some(depth_image(message).ok()?.frame_id))?
+        }
+        ViewTopics::Points(points) => first(bag, points, |message| {
+            Some(message.decode::<PointCloud2>().ok()?.header.frame_id)
+        })?,
+    };
+    // Scans that are cut out of the images are where these are.
+    let scan = first(bag, &inputs.scan, |message| {
+        Some(message.decode::<LaserScan>().ok()?.header.frame_id)
+    })?;
+    let Some(view) = view else { return Ok(false) };
+    let sensors: Vec<String> = scan.into_iter().chain([view]).collect();
+    tf_frames::place_all(bag, &inputs.transforms, &sensors, parameters)
+}
+
+/// What the first message of a topic says; `None` where the bag has none, or it says nothing.
+fn first(
+    bag: &Bag,
+    topic: &str,
+    read: impl Fn(&BagMessage) -> Option<String>,
+) -> Result<Option<String>, Failure> {
+    let selection = Selection { topics: Some(vec![topic.to_owned()]), ..Selection::default() };
+    let mut messages = match bag.messages(&selection) {
+        Ok(messages) => messages,
+        Err(BagError::NoSuchTopic { .. }) => return Ok(None),
+        Err(error) => return Err(Failure::new(error.to_string())),
+    };
+    Ok(messages.next().and_then(Result::ok).as_ref().and_then(read))
 }
 
 /// Sets the parameters to the poses of the bag; says so where they are not those of a PoseStamped.

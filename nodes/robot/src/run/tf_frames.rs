@@ -2,7 +2,7 @@
 
 use bag_player::{Bag, Selection};
 use detection::shell::DetectionParameters;
-use geometry::ExtrinsicsSource;
+use geometry::{ExtrinsicsSource, RigMounts};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::TransformTree;
 
@@ -40,6 +40,25 @@ pub(super) fn find(
         return Err(Failure::new("the bag has neither /tf nor /tf_static")
             .fix("`stillmap info` lists what the bag holds"));
     }
+    let (tree, has_fixed) = tree_of(bag, topics)?;
+    in_tree(&tree, has_fixed, parameters)
+}
+
+/// Whether the transforms of a bag with these topics of tf place the robot in a map, and frames of sensors on the robot.
+pub(super) fn place_all(
+    bag: &Bag,
+    topics: &[&str],
+    sensors: &[String],
+    parameters: &DetectionParameters,
+) -> Result<bool, Failure> {
+    let (tree, has_fixed) = tree_of(bag, topics)?;
+    let Ok(found) = in_tree(&tree, has_fixed, parameters) else { return Ok(false) };
+    let is_on_robot = |frame: &String| tree.lookup_latest(&found.robot, frame).is_ok();
+    Ok(found.extrinsics == ExtrinsicsSource::TfFromRig && sensors.iter().all(is_on_robot))
+}
+
+/// The transforms of a bag, and whether there are fixed ones.
+fn tree_of(bag: &Bag, topics: &[&str]) -> Result<(TransformTree, bool), Failure> {
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
     let topics = topics.iter().map(|topic| (*topic).to_owned()).collect();
     let selection = Selection { topics: Some(topics), ..Selection::default() };
@@ -53,7 +72,7 @@ pub(super) fn find(
         let Ok(transforms) = message.decode::<TFMessage>() else { continue };
         tree.insert_message(&transforms, is_fixed, |_refused| {});
     }
-    in_tree(&tree, has_fixed, parameters)
+    Ok((tree, has_fixed))
 }
 
 /// The same in transforms that are known, fixed ones among them or not.
@@ -80,7 +99,9 @@ pub(crate) fn in_tree(
         .fix("name the frames: map_frame_id and rig_frame_id, in a --params-file"));
     };
     let extrinsics = match rig.extrinsics {
-        ExtrinsicsSource::Parameters if has_fixed => ExtrinsicsSource::TfFromRig,
+        ExtrinsicsSource::Parameters if has_fixed && rig.mounts() == RigMounts::default() => {
+            ExtrinsicsSource::TfFromRig
+        }
         of_parameters => of_parameters,
     };
     Ok(TfFrames { map: map.clone(), robot: robot.clone(), extrinsics })
