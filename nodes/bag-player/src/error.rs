@@ -298,6 +298,16 @@ pub enum LossKind {
 }
 
 impl Loss {
+    /// The topic of a bag of ROS 1 that is left out, where this is the loss.
+    #[must_use]
+    pub fn topic_left_out(&self) -> Option<&str> {
+        match &self.kind {
+            // Its type is behind it.
+            LossKind::LeftOut { topic, .. } => topic.split(' ').next(),
+            _ => None,
+        }
+    }
+
     /// Whether messages are lost, or may be. It is false where only the index of the bag is damaged.
     #[must_use]
     pub fn costs_messages(&self) -> bool {

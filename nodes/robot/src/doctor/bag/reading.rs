@@ -13,6 +13,7 @@ use msgs::tf2_msgs::TFMessage;
 
 use crate::doctor::content::{Content, Observed, TransformFacts, Typical};
 use crate::failure::Failure;
+use crate::import::AddedScans;
 use crate::progress::Progress;
 use crate::run::inputs::{Inputs, TF_STATIC, TopicArgs, ViewTopics};
 
@@ -21,6 +22,8 @@ pub(super) struct BagFacts {
     pub(super) info: BagInfo,
     /// The topics that `stillmap run` would read; or why it would refuse the bag.
     pub(super) choice: Result<Inputs, Failure>,
+    /// Whether it would cut the scans out of the depth images.
+    pub(super) cuts_scans: bool,
     /// The topics whose messages the suite understands.
     pub(super) topics: BTreeMap<String, TopicFacts>,
     /// What was recorded of tf.
@@ -56,7 +59,9 @@ impl BagFacts {
     ) -> Result<Self, Failure> {
         let fail = |error: BagError| Failure::new(error.to_string());
         let info = bag.info().map_err(fail)?;
-        let choice = Inputs::choose(topics, &info, parameters);
+        let added_scans = AddedScans::where_needed(topics, (bag, &info)).ok().flatten();
+        let with_scans = added_scans.map(|added| added.listed_in(info.clone()));
+        let choice = Inputs::choose(topics, with_scans.as_ref().unwrap_or(&info), parameters);
         let mut facts: BTreeMap<String, TopicFacts> = info
             .topics
             .iter()
@@ -83,7 +88,14 @@ impl BagFacts {
         }
         progress.finish();
         let losses = messages.losses().to_vec();
-        Ok(Self { info, choice, topics: facts, transforms, losses })
+        Ok(Self {
+            info,
+            choice,
+            cuts_scans: with_scans.is_some(),
+            topics: facts,
+            transforms,
+            losses,
+        })
     }
 
     /// The topics that a run would read: scans, view, poses.

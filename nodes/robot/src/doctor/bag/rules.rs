@@ -26,14 +26,25 @@ const SOUND_SHARE: f64 = 0.9;
 /// Parts of the bag that could not be read.
 pub(super) fn losses(facts: &BagFacts) -> Vec<Finding> {
     const CHECK: Check = Check::Damage;
-    const FIX: &str = "record or copy it again; what is left: mcap recover BAG -o recovered.mcap";
+    const FIX: &str =
+        "record or copy it again; what is left: stillmap import bag BAG -o recovered.mcap";
     if facts.losses.is_empty() {
         let what = format!("all of {} messages could be read", facts.info.message_count);
         return vec![Finding::ok(CHECK, what)];
     }
-    let one = |loss: &Loss| Finding::grave_if(loss.costs_messages(), CHECK, loss.to_string(), FIX);
-    let mut findings: Vec<_> = facts.losses.iter().take(MOST_LOSSES).map(one).collect();
-    let more = facts.losses.len().saturating_sub(MOST_LOSSES);
+    // A topic that has no form in ROS 2 is missed only by those that would read it.
+    let is_unread = |loss: &&Loss| {
+        let inputs = facts.choice.as_ref().ok();
+        loss.topic_left_out().zip(inputs).is_some_and(|(topic, inputs)| !inputs.is_of(topic))
+    };
+    let (left_out, losses): (Vec<&Loss>, Vec<&Loss>) = facts.losses.iter().partition(is_unread);
+    let unread = left_out
+        .iter()
+        .map(|loss| Finding::ok(CHECK, format!("{loss}; nothing of the suite reads it")));
+    let one = |loss: &&Loss| Finding::grave_if(loss.costs_messages(), CHECK, loss.to_string(), FIX);
+    let mut findings: Vec<_> = losses.iter().take(MOST_LOSSES).map(one).collect();
+    findings.extend(unread.take(MOST_LOSSES));
+    let more = losses.len().saturating_sub(MOST_LOSSES);
     if more > 0 {
         findings.push(Finding::error(CHECK, format!("{more} more parts could not be read"), FIX));
     }
@@ -49,8 +60,12 @@ pub(super) fn choice(facts: &BagFacts) -> Finding {
                 ViewTopics::Depth { image, camera_info } => format!("{image} with {camera_info}"),
                 ViewTopics::Points(points) => points.clone(),
             };
-            let what =
-                format!("`stillmap run` reads {}, {view}, {}", inputs.scan, inputs.pose.name());
+            let scan = if facts.cuts_scans {
+                "scans that it cuts out of the depth images"
+            } else {
+                &inputs.scan
+            };
+            let what = format!("`stillmap run` reads {scan}, {view}, {}", inputs.pose.name());
             Finding::ok(CHECK, what)
         }
         Err(failure) => {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bag_player::{BagWriter, OfferedQos};
+use bag_player::{BagWriter, Loss, LossKind, OfferedQos};
 use geometry::{CameraModel, Distortion, Stamp};
 use msgs::RosMessage;
 use msgs::convert;
@@ -154,6 +154,14 @@ fn all_findings_of_a_healthy_bag_are_ok() {
 }
 
 #[test]
+fn a_bag_without_a_scanner_is_run_nevertheless() {
+    let findings = Recording { scans: Vec::new(), ..Recording::healthy() }.findings();
+    assert!(findings.iter().all(|one| one.severity == Severity::Ok), "{findings:?}");
+    let says = |part: &str| findings.iter().any(|one| one.what.contains(part));
+    assert!(says("reads scans that it cuts out of the depth images"), "{findings:?}");
+}
+
+#[test]
 fn a_bag_without_poses_names_what_is_missing() {
     let bag = Recording { poses: Vec::new(), ..Recording::healthy() };
     let parts = ["the bag has no pose", "geometry_msgs/msg/PoseStamped", "--pose"];
@@ -225,5 +233,28 @@ fn a_bag_that_was_cut_is_damaged() {
     let findings = findings_of(&path);
     let is_damage = |one: &&Finding| one.check == Check::Damage && one.severity == Severity::Error;
     let Some(damage) = findings.iter().find(is_damage) else { panic!("{findings:?}") };
-    assert!(damage.line(false).contains("mcap recover"), "{damage:?}");
+    assert!(damage.line(false).contains("stillmap import bag BAG"), "{damage:?}");
+}
+
+/// Regression: a topic of a bag of ROS 1 that has another layout in ROS 2, as markers have, was damage, with the advice to record the bag again.
+#[test]
+fn a_topic_that_nothing_reads_may_be_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = Bag::open(&Recording::healthy().write(folder.path())).unwrap();
+    let parameters = DetectionParameters::default();
+    let mut facts = BagFacts::read(&bag, &TopicArgs::default(), &parameters).unwrap();
+    let severity = |facts: &BagFacts| -> Vec<Severity> {
+        rules::losses(facts).iter().map(|one| one.severity).collect()
+    };
+    let left_out = |topic: &str| Loss {
+        file: "room.bag".into(),
+        offset_bytes: 0,
+        size_bytes: 0,
+        messages: Some(7),
+        kind: LossKind::LeftOut { topic: topic.to_owned(), reason: "another layout".to_owned() },
+    };
+    facts.losses = vec![left_out("/markers (visualization_msgs/Marker)")];
+    assert_eq!(severity(&facts), [Severity::Ok]);
+    facts.losses.push(left_out("/scan (sensor_msgs/LaserScan)"));
+    assert_eq!(severity(&facts), [Severity::Error, Severity::Ok]);
 }
