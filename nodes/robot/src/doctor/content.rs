@@ -15,7 +15,7 @@ mod typical;
 use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::convert::{self, ConvertError, stamp_from_time};
-use msgs::geometry_msgs::PoseStamped;
+use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu, LaserScan, PointCloud2};
 use msgs::std_msgs::Header;
@@ -179,6 +179,19 @@ observed! {
     PoseStamped as Pose by convert::pose_from_message;
     Odometry as Pose by convert::pose_from_odometry;
     Imu as Imu by |_: &Imu| Ok::<_, ConvertError>(());
+}
+
+/// Whether they come, and in which frame.
+impl Observed for PoseWithCovarianceStamped {
+    fn header(&self) -> &Header {
+        &self.header
+    }
+
+    fn check(&self) -> Result<(), ConvertError> {
+        convert::pose_from_covariance_message(self).map(drop)
+    }
+
+    fn observe(&self, _: &mut Readings) {}
 }
 
 impl Observed for CompressedImage {

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use geometry::Stamp;
 use msgs::RosMessage;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
-use msgs::geometry_msgs::PoseStamped;
+use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, Image, Imu, LaserScan, PointCloud2};
 use msgs::tf2_msgs::TFMessage;
@@ -185,6 +185,9 @@ fn small_topic(
         LaserScan::TYPE_NAME => TopicListener::open::<LaserScan>(node, topic, WAITING_SMALL, |_| 0),
         PoseStamped::TYPE_NAME => {
             TopicListener::open::<PoseStamped>(node, topic, WAITING_SMALL, |_| 0)
+        }
+        PoseWithCovarianceStamped::TYPE_NAME => {
+            TopicListener::open::<PoseWithCovarianceStamped>(node, topic, WAITING_SMALL, |_| 0)
         }
         Odometry::TYPE_NAME => TopicListener::open::<Odometry>(node, topic, WAITING_SMALL, |_| 0),
         Imu::TYPE_NAME => TopicListener::open::<Imu>(node, topic, WAITING_SMALL, |_| 0),

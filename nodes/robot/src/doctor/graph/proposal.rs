@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::{GraphView, ReceivedTopic};
 use crate::failure::Failure;
-use crate::offer::Offer;
+use crate::offer::{LEAST_POSES_HZ, Offer};
 use crate::ros_words::{gives, ros_words};
 use crate::run::inputs::{Inputs, TF, TF_STATIC, TopicArgs, ViewTopics};
 use crate::run::pose_topics::{BY_TF, PoseSource, PoseTopicKind};
@@ -24,9 +24,6 @@ use crate::visual::VisualTopics;
 
 /// Nodes of the suite: beside one that runs no other is started.
 const SUITE: [&str; 3] = ["detection", "segmentation", "reconstruction"];
-
-/// Poses come at least so often: RTAB-Map's and slam_toolbox's at 1 Hz and more.
-const LEAST_POSES_HZ: f64 = 1.0;
 
 /// The arguments for a graph.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -136,13 +133,16 @@ impl Proposal {
         self.ros_arguments.iter().any(|word| word.starts_with("extrinsics:="))
     }
 
-    /// The command, for a shell, with these arguments for the program itself. What the user has said of the nodes stands before what is
-    /// proposed, and holds.
+    /// The command, for a shell, with these arguments for the program itself. What the user has said of the nodes stands where it holds.
     ///
     /// # Errors
     /// When the user's namespace is none.
     pub(crate) fn command(&self, own: &[String], said: &RosArguments) -> Result<String, NameError> {
         let mut ros = ros_words(said)?;
+        // Of a remapping the first holds, of parameters the last.
+        let is_of_parameters = |word: &String| word == "-p" || word == "--params-file";
+        let own_parameters =
+            ros.split_off(ros.iter().position(is_of_parameters).unwrap_or(ros.len()));
         // An option and what it takes.
         for pair in self.ros_arguments.chunks(2) {
             let parameter = pair.last().and_then(|value| value.split(":=").next());
@@ -150,6 +150,7 @@ impl Proposal {
                 && parameter.is_some_and(|parameter| gives(said, parameter));
             ros.extend(pair.iter().filter(|_| !is_said).cloned());
         }
+        ros.extend(own_parameters);
         let mut words = ["stillmap", "up"].map(str::to_owned).to_vec();
         words.extend(own.iter().cloned());
         let pose = self.pose.into_iter().flat_map(|pose| ["--pose", pose.word()]);

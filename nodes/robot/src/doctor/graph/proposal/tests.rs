@@ -118,14 +118,21 @@ fn what_the_user_has_said_stands_in_the_command_and_holds() {
         "--ros-args",
         "-r",
         "__ns:=/robot",
+        "--params-file",
+        "mine.yaml",
         "-p",
         "map_file:=map.ply",
         "-p",
         "colour:=none",
     ]);
     let command = Proposal::of(&robot()).unwrap().command(&[], &said).unwrap();
-    let begins = "stillmap up --ros-args -r __ns:=/robot -p map_file:=map.ply -p colour:=none -r scan:=/laser/scan ";
+    let begins = "stillmap up --ros-args -r __ns:=/robot -r scan:=/laser/scan ";
     assert!(command.starts_with(begins), "{command}");
+    // Regression: of a parameter the last value holds, and those of a user's file stood before what is proposed.
+    assert!(
+        command.ends_with(" --params-file mine.yaml -p map_file:=map.ply -p colour:=none"),
+        "{command}"
+    );
     assert!(
         command.contains("pose_source:=odometry") && !command.contains("colour:=raw"),
         "{command}"
