@@ -21,7 +21,7 @@ const START: Stamp = Stamp::from_secs_nanos(1_000_000_000, 0);
   stillmap import clouds scans/*.pcd -o drive.mcap
   stillmap odometry drive.mcap --of lidar -o drive.txt
 
-The files are taken in the order in which they are given. Only the points are read: no times, and no intensities.")]
+The files are taken in the order in which they are given, which must be that of the numbers in their names. Only the points are read: no times, and no intensities.")]
 pub struct CloudsArgs {
     /// PLY and PCD files, in chronological order
     #[arg(required = true)]
@@ -41,6 +41,7 @@ pub(crate) fn import(args: &CloudsArgs, interrupt: &Interrupt) -> Result<Outcome
         return Err(Failure::new(format!("--rate {} is not a positive number", args.rate))
             .fix("10 is usual"));
     }
+    refuse_other_order(&args.files)?;
     let mut bag = args.output.create()?;
     let progress = Progress::new("importing", args.files.len() as u64);
     for (index, path) in args.files.iter().enumerate() {
@@ -55,6 +56,32 @@ pub(crate) fn import(args: &CloudsArgs, interrupt: &Interrupt) -> Result<Outcome
     progress.finish();
     let summary = bag.finish()?;
     print_summary(&args.output, &summary, interrupt, Outcome::Complete)
+}
+
+/// A shell lists 10.pcd before 2.pcd.
+fn refuse_other_order(files: &[PathBuf]) -> Result<(), Failure> {
+    let number = |path: &PathBuf| -> Option<(String, u64)> {
+        let stem = path.file_stem()?.to_str()?;
+        let digits = stem.len() - stem.trim_end_matches(|one: char| one.is_ascii_digit()).len();
+        let (name, number) = stem.split_at_checked(stem.len() - digits)?;
+        Some((name.to_owned(), number.parse().ok()?))
+    };
+    let numbers: Option<Vec<(String, u64)>> = files.iter().map(number).collect();
+    let Some(numbers) = numbers else { return Ok(()) };
+    let falling =
+        numbers.iter().zip(numbers.iter().skip(1)).zip(files.iter().zip(files.iter().skip(1)));
+    let falling = falling
+        .into_iter()
+        .find(|(((name, before), (other, after)), _)| name == other && after < before);
+    match falling {
+        Some((_, (before, after))) => Err(Failure::new(format!(
+            "{} comes before {}: the files are not in the order of the numbers in their names",
+            before.display(),
+            after.display()
+        ))
+        .fix("give them in that order: stillmap import clouds $(ls -v scans/*.pcd) -o drive.mcap")),
+        None => Ok(()),
+    }
 }
 
 /// The format of a file is recognised by its content.
@@ -75,6 +102,28 @@ mod tests {
     use nalgebra::Point3;
 
     use super::*;
+
+    /// Regression: scans 0, 1, 10, 11, ... 2, as a shell lists them, were imported in that order without a word.
+    #[test]
+    fn files_that_are_not_in_the_order_of_their_numbers_are_refused() {
+        let check = |names: &[&str]| {
+            let files: Vec<PathBuf> = names.iter().map(PathBuf::from).collect();
+            refuse_other_order(&files).err().map(|failure| failure.to_string())
+        };
+        let said = check(&["scans/0.pcd", "scans/1.pcd", "scans/10.pcd", "scans/2.pcd"]).unwrap();
+        assert!(said.contains("scans/10.pcd comes before scans/2.pcd"), "{said}");
+        assert!(said.contains("ls -v"), "{said}");
+        assert!(check(&["scan_9.ply", "scan_10.ply", "scan_8.ply"]).is_some());
+        let fine = [
+            &["0.pcd", "2.pcd", "10.pcd"][..],
+            &["b1.ply", "a0.ply"],
+            &["left.ply", "0.ply"],
+            &["a_9.ply", "b_1.ply"],
+        ];
+        for names in fine {
+            assert_eq!(check(names), None, "{names:?}");
+        }
+    }
 
     #[test]
     fn files_of_both_forms_become_clouds_in_their_order() {
