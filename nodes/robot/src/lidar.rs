@@ -17,6 +17,7 @@ pub use odometry::run as run_odometry;
 pub(crate) use road::RESULTS as ROAD_RESULTS;
 pub use road::{RoadArgs, run as run_road};
 pub use road_tiles::RoadTiles;
+pub(crate) use source::nothing_decoded;
 pub use source::{LidarArgs, LidarSource, Sensed};
 
 /// The name of the node and of its parameters' section.

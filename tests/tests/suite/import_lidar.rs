@@ -185,7 +185,10 @@ fn what_is_no_capture_of_a_velodyne_is_named_with_the_mend() {
     for (arguments, wanted) in [
         (vec![path("absent.pcap")], vec!["cannot open"]),
         (vec![text.clone()], vec!["neither pcap nor pcapng", "tcpdump"]),
-        (vec![other.clone()], vec!["no data packet on UDP port 2368", "--data-port 2369?"]),
+        (
+            vec![other.clone()],
+            vec!["no data packet of a Velodyne on UDP port 2368", "--data-port 2369 "],
+        ),
         (
             vec![recorded.to_owned(), "--calibration".into(), yaml],
             vec!["no data packet could be decoded: 0 lasers"],
@@ -204,6 +207,28 @@ fn what_is_no_capture_of_a_velodyne_is_named_with_the_mend() {
         assert!(stderr.lines().count() <= 2, "{stderr}");
         assert!(!Path::new(&bag).exists());
     }
+}
+
+/// Regression: `run` of a capture of another LiDAR wrote a map without a point, over that of an earlier run, and named `info`, which
+/// named `run`.
+#[test]
+fn a_capture_of_another_lidar_is_refused_before_a_map_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (other, out, trajectory) = (path("ouster.pcap"), path("out"), path("drive.txt"));
+    write_capture(Path::new(&other), 7502, &[packet(0)]);
+    for command in [
+        vec!["run", &other, "--out", &out],
+        vec!["odometry", &other, "--of", "lidar", "-o", &trajectory],
+    ] {
+        let output = stillmap(&command);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        let parts =
+            ["no data packet of a Velodyne on UDP port 2368", "--data-port 7502 ", "driver"];
+        assert!(parts.iter().all(|part| stderr.contains(part)), "{command:?}: {stderr}");
+    }
+    assert!(!Path::new(&out).join("map.ply").exists() && !Path::new(&trajectory).exists());
 }
 
 /// Three rows of points 10 m off, counterclockwise from forward.

@@ -14,6 +14,7 @@ use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::lidar::nothing_decoded;
 use crate::progress::Progress;
 use recording::{Recording, RecordingCounts};
 
@@ -148,7 +149,9 @@ pub(crate) fn import(args: &VelodyneArgs, interrupt: &Interrupt) -> Result<Outco
     let broken = broken.map(|error| error.to_string());
     let counts = recording.counts();
     if counts.data.losses.packets == 0 && !interrupt.has_come() {
-        return Err(nothing_imported(&counts, broken, other_port, args));
+        let ports = (args.data_port, other_port);
+        let failure = nothing_decoded(counts.data.first_refusal, broken, ports);
+        return Err(failure.within(args.capture.display()));
     }
     let (counts, summary) = recording.finish()?;
     console::print(format_args!(
@@ -171,27 +174,6 @@ fn frames_in(file: &File) -> u64 {
     /// The size of a packet with its headers of the capture and of the network.
     const FRAME_BYTES: u64 = 16 + 42 + 1206;
     file.metadata().map_or(0, |metadata| metadata.len() / FRAME_BYTES)
-}
-
-/// The error of a capture without data packets.
-fn nothing_imported(
-    counts: &RecordingCounts,
-    broken: Option<String>,
-    other_port: Option<u16>,
-    args: &VelodyneArgs,
-) -> Failure {
-    let failure = |what: String| Failure::new(what).within(args.capture.display());
-    match (counts.data.first_refusal, broken, other_port) {
-        (Some(refusal), ..) => failure(format!("no data packet could be decoded: {refusal}"))
-            .fix("see --model, --calibration and --data-port"),
-        (None, Some(broken), _) => failure(broken),
-        (None, None, Some(port)) => {
-            failure(format!("no data packet on UDP port {}", args.data_port))
-                .fix(format!("there are datagrams to port {port}: --data-port {port}?"))
-        }
-        (None, None, None) => failure(format!("no data packet on UDP port {}", args.data_port))
-            .fix("is it a capture of a Velodyne?"),
-    }
 }
 
 fn decoder_config(args: &VelodyneArgs) -> Result<DecoderConfig, Failure> {

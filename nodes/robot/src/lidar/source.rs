@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use bag_player::Bag;
 use clap::Args;
 use lidar_odometry::capture::CaptureReader;
-use lidar_odometry::packets::{Calibration, DATA_PORT, DecoderConfig};
+use lidar_odometry::packets::{Calibration, DATA_PORT, DecodeError, DecoderConfig};
 use lidar_odometry::revolution::{BuiltRevolution, RevolutionAssembly, RevolutionConfig};
 use msgs::convert::message_from_revolution;
 use msgs::nav_msgs::Odometry;
@@ -190,6 +190,29 @@ fn packet_losses(assembly: &RevolutionAssembly) -> Losses {
     losses
 }
 
+/// Why a capture has no scan: none of its packets could be decoded.
+pub(crate) fn nothing_decoded(
+    refusal: Option<DecodeError>,
+    broken: Option<String>,
+    (data_port, other_port): (u16, Option<u16>),
+) -> Failure {
+    let none = || Failure::new(format!("no data packet of a Velodyne on UDP port {data_port}"));
+    match (refusal, broken, other_port) {
+        (Some(refusal), ..) => {
+            Failure::new(format!("no data packet could be decoded: {refusal}")).fix(
+                "`stillmap import velodyne` has --model, --calibration and --data-port; the driver of another LiDAR makes clouds of it, \
+                 which are read from a bag",
+            )
+        }
+        (None, Some(broken), _) => Failure::new(broken),
+        (None, None, Some(port)) => none().fix(format!(
+            "there are datagrams to port {port}: `stillmap import velodyne CAPTURE --data-port {port} -o BAG` if they are a Velodyne's; the \
+             driver of another LiDAR makes clouds of them, which are read from a bag"
+        )),
+        (None, None, None) => none().fix("is it a capture of a Velodyne?"),
+    }
+}
+
 fn capture(
     path: &Path,
     decoder: &DecoderConfig,
@@ -201,7 +224,7 @@ fn capture(
         .map_err(|error| Failure::new(format!("cannot open {}: {error}", path.display())))?;
     let mut reader = CaptureReader::new(file)
         .map_err(|error| Failure::new(error.to_string()).within(path.display()))?;
-    let mut broken = None;
+    let (mut broken, mut other_port) = (None, None);
     for next in reader.by_ref() {
         if interrupt.has_come() {
             break;
@@ -211,7 +234,9 @@ fn capture(
                 let ended = assembly.push(&datagram.payload, datagram.arrival);
                 cloud_of(ended).map_or(Ok(()), &mut *take)?;
             }
-            Ok(_) => {}
+            Ok(datagram) => {
+                other_port.get_or_insert(datagram.port);
+            }
             Err(error) => {
                 broken = Some(error.to_string());
                 break;
@@ -219,6 +244,11 @@ fn capture(
         }
     }
     cloud_of(assembly.finish()).map_or(Ok(()), &mut *take)?;
+    if assembly.counts().losses.packets == 0 && !interrupt.has_come() {
+        let refusal = assembly.counts().last_refusal;
+        let failure = nothing_decoded(refusal, broken, (DATA_PORT, other_port));
+        return Err(failure.within(path.display()));
+    }
     let mut losses = packet_losses(&assembly);
     losses.extend(broken);
     if reader.counts().cut_off {
