@@ -1,7 +1,10 @@
 //! The LiDAR's topics of a bag.
 
-use bag_player::{Bag, BagInfo, Selection};
+use std::collections::BTreeMap;
+
+use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
 use lidar_odometry::packets::DecoderConfig;
+use lidar_odometry::revolution::RevolutionAssembly;
 use msgs::convert::{self, stamp_from_time};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::nav_msgs::Odometry;
@@ -59,6 +62,8 @@ impl BagSource {
                     "--lidar names a topic of sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan",
                 ));
             }
+            // Beside packets a cloud without a scanner's name is a depth camera's.
+            (None, [cloud], [only]) if !usual(&cloud) => only.clone(),
             (None, [only], _) => only.clone(),
             (None, [], [only]) => only.clone(),
             (None, [], []) => {
@@ -102,41 +107,62 @@ impl BagSource {
         let others = [&self.imu, &self.wheels, &self.truth].into_iter().flatten().cloned();
         let topics = others.chain([self.topic.clone()]).collect();
         let selection = Selection { topics: Some(topics), ..Selection::default() };
-        let failed = |error: bag_player::BagError| Failure::new(error.to_string());
+        let failed = |error: BagError| Failure::new(error.to_string());
         let mut messages = self.bag.messages(&selection).map_err(failed)?;
+        let mut damaged: BTreeMap<String, (u64, String)> = BTreeMap::new();
         for message in &mut messages {
             if interrupt.has_come() {
                 break;
             }
             let message = message.map_err(failed)?;
-            let topic = &*message.topic;
-            if topic == self.topic && self.is_packets {
-                let scan = message.decode::<VelodyneScan>().map_err(failed)?;
-                for packet in &scan.packets {
-                    let mut ended = assembly.push(&packet.data, stamp_from_time(packet.stamp));
-                    if let Some(built) = &mut ended {
-                        built.revolution.frame_id.clone_from(&scan.header.frame_id);
-                    }
-                    cloud_of(ended).map_or(Ok(()), &mut *take)?;
-                }
-            } else if topic == self.topic {
-                take(Sensed::Cloud(message.decode().map_err(failed)?))?;
-            } else if self.imu.as_deref() == Some(topic) {
-                take(Sensed::Imu(Box::new(message.decode().map_err(failed)?)))?;
-            } else if self.wheels.as_deref() == Some(topic) {
-                take(Sensed::Wheels(Box::new(message.decode().map_err(failed)?)))?;
-            } else {
-                let pose = message.decode::<PoseStamped>().map_err(failed)?;
-                if let Ok(place) = convert::isometry_from_pose(&pose.pose) {
-                    let std_msgs::Header { stamp, .. } = pose.header;
-                    take(Sensed::Truth(stamp_from_time(stamp), place))?;
+            match self.sensed(&message, &mut assembly) {
+                Ok(sensed) => sensed.into_iter().try_for_each(&mut *take)?,
+                Err(error) => {
+                    let (count, _) = damaged
+                        .entry(message.topic.to_string())
+                        .or_insert((0_u64, error.to_string()));
+                    *count += 1;
                 }
             }
         }
         cloud_of(assembly.finish()).map_or(Ok(()), &mut *take)?;
         let mut losses = packet_losses(&assembly);
+        losses.extend(damaged.into_iter().map(|(topic, (count, first))| {
+            format!("{topic}: {count} messages are damaged; the first: {first}")
+        }));
         losses.extend(messages.losses().iter().map(ToString::to_string));
         Ok(losses)
+    }
+
+    /// What a message has: several scans where it has the packets of more than one revolution.
+    fn sensed(
+        &self,
+        message: &BagMessage,
+        assembly: &mut RevolutionAssembly,
+    ) -> Result<Vec<Sensed>, BagError> {
+        let topic = &*message.topic;
+        Ok(if topic == self.topic && self.is_packets {
+            let scan = message.decode::<VelodyneScan>()?;
+            let mut clouds = Vec::new();
+            for packet in &scan.packets {
+                let mut ended = assembly.push(&packet.data, stamp_from_time(packet.stamp));
+                if let Some(built) = &mut ended {
+                    built.revolution.frame_id.clone_from(&scan.header.frame_id);
+                }
+                clouds.extend(cloud_of(ended));
+            }
+            clouds
+        } else if topic == self.topic {
+            vec![Sensed::Cloud(message.decode()?)]
+        } else if self.imu.as_deref() == Some(topic) {
+            vec![Sensed::Imu(Box::new(message.decode()?))]
+        } else if self.wheels.as_deref() == Some(topic) {
+            vec![Sensed::Wheels(Box::new(message.decode()?))]
+        } else {
+            let PoseStamped { header: std_msgs::Header { stamp, .. }, pose } = message.decode()?;
+            let place = convert::isometry_from_pose(&pose).ok();
+            place.map(|place| Sensed::Truth(stamp_from_time(stamp), place)).into_iter().collect()
+        })
     }
 }
 
