@@ -1,5 +1,6 @@
 //! `stillmap odometry`: the trajectory of a bag's camera, from its images; or of its LiDAR.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use bag_player::Selection;
@@ -160,7 +161,9 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
 
     let failed = |error: NodeFailure| Failure::new(error.to_string());
     let mut tracking = Tracking::new(topics, &depth_info, &parameters).map_err(failed)?;
-    let names = tracking.bag_topics();
+    let mut names = tracking.bag_topics();
+    // Depth images that are registered to the colour images need none of their own.
+    names.retain(|name| *name != depth_info || info.topic(name).is_some());
     let count = |name: &String| {
         let known = info.topics.iter().filter(|topic| topic.topic == *name);
         known.map(|topic| topic.message_count).sum::<u64>()
@@ -168,15 +171,22 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     let progress = Progress::new("tracking", names.iter().map(count).sum());
     let selection = Selection { topics: Some(names), ..Selection::default() };
     let mut messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
+    let mut unusable: BTreeMap<String, (u64, String)> = BTreeMap::new();
     for message in &mut messages {
         let message = message.map_err(|error| Failure::new(error.to_string()))?;
         if let Err(error) = tracking.take(&message) {
-            console::print_failure(&Failure::new(format!("{}: {error}", message.topic)));
+            let (count, _) =
+                unusable.entry(message.topic.to_string()).or_insert((0_u64, error.to_string()));
+            *count += 1;
         }
         progress.advance();
     }
-    let has_losses = !messages.losses().is_empty();
     progress.finish();
+    for (topic, (count, first)) in &unusable {
+        let what = format!("{topic}: {count} messages cannot be used; the first: {first}");
+        console::print_failure(&Failure::new(what));
+    }
+    let has_losses = !messages.losses().is_empty() || !unusable.is_empty();
     let rig_from_written = match args.of {
         Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
         Whose::Rig | Whose::Lidar => nalgebra::Isometry3::identity(),
