@@ -75,10 +75,6 @@ struct Printed {
 pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     args.output.check()?;
     args.output.refuse_itself(&args.bag)?;
-    if args.topics.wants_lidar() {
-        return Err(Failure::new("the filter needs a 2D scanner; --pose lidar runs without")
-            .fix("give a --pose topic, or --pose visual"));
-    }
     let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
@@ -114,6 +110,7 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
         format!("{topic}: {messages} messages are left out: they are encoded as {encoding}, and only cdr (ROS 2) is read")
     }));
     lost.extend(finished.unfiltered);
+    lost.extend(left_in(&finished.printed, &inputs));
     for line in &lost {
         console::print_failure(&Failure::new(line.clone()));
     }
@@ -272,6 +269,27 @@ impl<'a> Job<'a> {
 
 fn encoded(error: cdr::CdrError) -> Failure {
     Failure::new(format!("cannot encode a filtered message: {error}"))
+}
+
+/// What may still have what moves, of what the user asks to be filtered.
+fn left_in(printed: &Printed, inputs: &Inputs) -> Vec<String> {
+    let mut left_in = Vec::new();
+    let (cycles, without) = (printed.cycles, printed.scans_without_cycle);
+    // At the start and the end of a recording a few scans always lack their cloud or pose.
+    if without > cycles as u64 {
+        left_in.push(format!(
+            "{without} scans became no cycle, {cycles} did: what moves at other times is still in the bag; `stillmap doctor BAG` says what is \
+             missing"
+        ));
+    }
+    if let ViewTopics::Depth { image, .. } = &inputs.view
+        && inputs.view.is_compressed()
+    {
+        left_in.push(format!(
+            "{image}: compressed depth images are kept as they are, with what moves"
+        ));
+    }
+    left_in
 }
 
 /// Topics of scanners and depth cameras that are not filtered.
