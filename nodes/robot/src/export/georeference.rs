@@ -16,10 +16,18 @@ pub(super) struct Georeference {
     epsg: Option<u16>,
 }
 
-/// The numbers of EPSG that GeoTIFF keys can hold (OGC GeoTIFF 1.1, requirement 12.2), without those of systems in degrees, which EPSG
-/// has from 4000 to 4999.
+/// The numbers of EPSG that GeoTIFF keys can hold (OGC GeoTIFF 1.1, requirement 12.2).
+const NUMBERS: std::ops::RangeInclusive<u16> = 1024..=32_766;
+/// The usual systems in degrees, or geocentric: WGS 84, ETRS89, NAD83, CGCS2000, JGD, GDA, SIRGAS and others. EPSG has them and projected
+/// systems side by side, so that no range of numbers tells.
+const NOT_PROJECTED: [u16; 22] = [
+    4230, 4258, 4267, 4269, 4283, 4312, 4314, 4326, 4490, 4612, 4617, 4674, 4936, 4937, 4978, 4979,
+    6318, 6668, 6697, 7843, 7844, 9057,
+];
+
+/// Whether a number may be that of a projected system.
 fn is_projected(epsg: u16) -> bool {
-    (1024..=32_766).contains(&epsg) && !(4000..5000).contains(&epsg)
+    NUMBERS.contains(&epsg) && !NOT_PROJECTED.contains(&epsg)
 }
 
 impl Georeference {
@@ -44,7 +52,7 @@ impl Georeference {
         }
         if !is_projected(epsg) {
             return Err(Failure::new(format!("--epsg {epsg} is no projected system"))
-                .fix("a map is in metres: its system has a number from 1024 to 32766, and not from 4000 to 4999"));
+                .fix("a map is in metres, and not in degrees; its system has a number from 1024 to 32766, as 25832"));
         }
         Ok(())
     }
@@ -85,6 +93,11 @@ mod tests {
         let here = Some([5e5, 5.4e6, 100.0]);
         assert!(of(here, Some(25832)).check(Holds::System).is_ok());
         assert!(of(here, None).check(Holds::Origin).is_ok());
+        // Regression: all numbers from 4000 to 4999 were refused, as those of China's and of UTM with the zone before the east.
+        for projected in [4547, 4647, 4839] {
+            assert!(of(here, Some(projected)).check(Holds::System).is_ok(), "{projected}");
+        }
+        assert!(of(here, Some(7844)).check(Holds::System).is_err());
         assert!(of(None, None).check(Holds::Nothing).is_ok());
         for (georeference, holds, said) in [
             (of(here, None), Holds::Nothing, "single precision"),
