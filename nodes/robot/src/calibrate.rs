@@ -80,8 +80,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         beam_order: node.config.free_space.beam_order,
     };
     let PoseSource::Topic { topic: pose, kind: pose_kind } = inputs.pose else {
-        return Err(Failure::new("the calibration takes its poses from a topic".to_owned())
-            .fix("give a --pose topic, or leave it out"));
+        return Err(Failure::new("the calibration takes its poses from a topic, not from tf or images")
+            .fix("record the odometry, too (nav_msgs/Odometry), and name it with --pose; a platform that stands needs one pose"));
     };
     let topics = Topics { scan: inputs.scan, image, camera_info, pose, pose_kind };
     let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
