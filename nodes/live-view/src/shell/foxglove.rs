@@ -1,11 +1,12 @@
 //! The node `foxglove` with its server: the topics of the suite for viewers that speak Foxglove's websocket protocol.
 //!
-//! A topic is subscribed to while a viewer subscribes to it, and encoded once for all of them. A viewer that takes too little loses messages;
-//! nothing waits for it.
+//! A topic is subscribed to while a viewer subscribes to it, and encoded once for all of them. A viewer that takes too little gets
+//! fewer messages, and what it gets is new; nothing waits for it.
 
 mod channels;
 mod retained;
 mod viewers;
+mod waiting;
 
 use std::net::SocketAddr;
 use std::sync::Arc;

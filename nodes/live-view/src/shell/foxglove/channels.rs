@@ -17,22 +17,18 @@ use msgs::stillmap_msgs::{DynamicZones, Tracks};
 use msgs::tf2_msgs::TFMessage;
 use msgs::visualization_msgs::MarkerArray;
 use node_shell::{Node, NodeFailure, Qos, Throttle};
-use tokio::sync::{mpsc, watch};
+use tokio::sync::watch;
 
 use super::GraphOf;
 use super::retained::{AllTransforms, LastMessage, Nothing, Retained, Retention};
+use super::waiting::{Inlet, Keep, Waiting};
 use crate::foxglove::Advertised;
-
-/// A message for a subscription of a viewer.
-pub(super) struct Delivery {
-    pub(super) subscription: u32,
-    pub(super) at_ns: u64,
-    pub(super) encoded: Arc<[u8]>,
-}
 
 /// A topic for viewers.
 struct Channel {
     advertised: Advertised,
+    /// What waits for a viewer that takes too little.
+    keep: Keep,
     subscribers: Mutex<Subscribers>,
     /// How many there are.
     count: watch::Sender<usize>,
@@ -48,8 +44,7 @@ struct Subscribers {
 
 struct Subscriber {
     key: u64,
-    subscription: u32,
-    sender: mpsc::Sender<Delivery>,
+    inlet: Inlet,
 }
 
 /// The topics, by their number.
@@ -69,7 +64,10 @@ pub(super) fn of(node: &Arc<Node>, graph: GraphOf) -> (Channels, Vec<Feed>) {
     let mut topics = Topics { node, channels: Vec::new(), feeds: Vec::new() };
     // As the live view has them: within the process a latched map comes without being sent.
     let latched = Qos::new(graph == GraphOf::OtherProcesses, true, 1);
-    let (sensor, events) = (Qos::sensor(5), Qos::reliable(20));
+    let latched = (latched, Keep::FirstAndLast);
+    // Each of these is complete in itself, and a viewer shows the newest.
+    let sensor = (Qos::sensor(5), Keep::Newest(1));
+    let events = in_order(Qos::reliable(20));
     topics.add::<PointCloud2, LastMessage>("static_map", latched);
     topics.add::<PointCloud2, Nothing>("static_map_updates", events);
     topics.add::<PointCloud2, Nothing>("static_map_removals", events);
@@ -94,11 +92,19 @@ pub(super) fn of(node: &Arc<Node>, graph: GraphOf) -> (Channels, Vec<Feed>) {
     topics.add::<Path, Nothing>("path", sensor);
     topics.add::<Path, LastMessage>("map_path", latched);
     topics.add::<PointCloud2, Nothing>("local_map", sensor);
-    topics.add::<TFMessage, Nothing>("/tf", Qos::sensor(100));
-    topics.add::<TFMessage, AllTransforms>("/tf_static", Qos::new(true, true, 100));
-    topics.add::<DiagnosticArray, Nothing>("/diagnostics", Qos::sensor(32));
-    topics.add::<Log, Nothing>("/rosout", Qos::sensor(100));
+    topics.add::<TFMessage, Nothing>("/tf", in_order(Qos::sensor(100)));
+    topics.add::<TFMessage, AllTransforms>(
+        "/tf_static",
+        (Qos::new(true, true, 100), Keep::FirstAndLast),
+    );
+    topics.add::<DiagnosticArray, Nothing>("/diagnostics", in_order(Qos::sensor(32)));
+    topics.add::<Log, Nothing>("/rosout", in_order(Qos::sensor(100)));
     (Channels(topics.channels), topics.feeds)
+}
+
+/// As many wait for a viewer as for a subscriber.
+const fn in_order(qos: Qos) -> (Qos, Keep) {
+    (qos, Keep::Newest(qos.depth()))
 }
 
 struct Topics<'a> {
@@ -109,7 +115,11 @@ struct Topics<'a> {
 
 impl Topics<'_> {
     /// A topic by the suite's name, which viewers see whatever it is remapped to: a layout fits every robot.
-    fn add<M: RosMessage, R: Retention<M>>(&mut self, name: &'static str, qos: Qos) {
+    fn add<M: RosMessage, R: Retention<M>>(
+        &mut self,
+        name: &'static str,
+        (qos, keep): (Qos, Keep),
+    ) {
         let channel = Arc::new(Channel {
             advertised: Advertised {
                 id: self.channels.len() as u32 + 1,
@@ -117,6 +127,7 @@ impl Topics<'_> {
                 type_name: M::TYPE_NAME,
                 schema: M::schema(),
             },
+            keep,
             subscribers: Mutex::default(),
             count: watch::Sender::new(0),
         });
@@ -190,13 +201,12 @@ impl Channel {
         self.subscribers.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gives a message to each subscriber that has room for it.
+    /// Gives a message to each subscriber; of a latched topic what holds after it, as a later message takes its place where it waits.
     fn deliver(&self, at_ns: u64, Encoded { message, retained }: Encoded) {
         let mut subscribers = self.subscribers();
-        for Subscriber { subscription, sender, .. } in &subscribers.all {
-            let encoded = Arc::clone(&message);
-            // One that is full, or has gone, gets none.
-            let _ = sender.try_send(Delivery { subscription: *subscription, at_ns, encoded });
+        let holds = retained.as_ref().unwrap_or(&message);
+        for Subscriber { inlet, .. } in &subscribers.all {
+            inlet.push(at_ns, Arc::clone(holds));
         }
         if let Some(retained) = retained {
             subscribers.retained = Some((at_ns, retained));
@@ -215,17 +225,17 @@ impl Channels {
         &self,
         channel: u32,
         subscription: u32,
-        sender: &mpsc::Sender<Delivery>,
+        waiting: &Arc<Waiting>,
     ) -> Option<Subscribed> {
         let channel = self.0.iter().find(|one| one.advertised.id == channel)?;
         let mut subscribers = channel.subscribers();
         let key = subscribers.next_key;
         subscribers.next_key += 1;
+        let inlet = waiting.inlet(subscription, channel.keep);
         if let Some((at_ns, encoded)) = &subscribers.retained {
-            let encoded = Arc::clone(encoded);
-            let _ = sender.try_send(Delivery { subscription, at_ns: *at_ns, encoded });
+            inlet.push(*at_ns, Arc::clone(encoded));
         }
-        subscribers.all.push(Subscriber { key, subscription, sender: sender.clone() });
+        subscribers.all.push(Subscriber { key, inlet });
         let count = subscribers.all.len();
         drop(subscribers);
         channel.count.send_replace(count);
@@ -268,14 +278,13 @@ mod tests {
         let (channels, feeds) = of(&node, GraphOf::OtherProcesses);
         let index = channels.0.iter().position(|one| one.advertised.topic == "/tf_static").unwrap();
         let feed = feeds.into_iter().nth(index).unwrap();
-        let (first, mut to_first) = mpsc::channel(10);
-        let (second, mut to_second) = mpsc::channel(10);
+        let [first, second] = [(); 2].map(|()| Arc::new(Waiting::default()));
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        runtime.block_on(async {
+        let delivered = runtime.block_on(async {
             let _first = channels.subscribe(index as u32 + 1, 1, &first).unwrap();
             let heard = async {
                 for _ in &broadcasters {
-                    to_first.recv().await.unwrap();
+                    first.next().await;
                 }
             };
             tokio::select! {
@@ -283,11 +292,48 @@ mod tests {
                 ended = feed => ended.unwrap(),
             }
             let _second = channels.subscribe(index as u32 + 1, 2, &second).unwrap();
+            second.take().unwrap()
         });
-        let delivered = to_second.try_recv().unwrap();
         let message: TFMessage = cdr::decode(&delivered.encoded).unwrap();
         let children: Vec<&str> =
             message.transforms.iter().map(|one| one.child_frame_id.as_str()).collect();
         assert_eq!(children, ["imu", "laser"]);
+    }
+
+    /// Regression: a viewer on a slow link was ten seconds late for good, and a latched message that found its queue full was lost.
+    #[test]
+    fn a_slow_viewer_gets_the_newest_image_and_every_latched_topic() {
+        let host = Host::in_process();
+        let arguments = RosArguments::parse([] as [String; 0]).unwrap();
+        let node = Arc::new(host.node("foxglove", &arguments).unwrap());
+        let (channels, _feeds) = of(&node, GraphOf::OtherProcesses);
+        let named = |topic: &str| {
+            let one = channels.0.iter().find(|one| one.advertised.topic == topic).unwrap();
+            (one.advertised.id, one)
+        };
+        let waiting = Arc::new(Waiting::default());
+        let topics = ["/depth/image", "/static_map", "/tf_static", "/tf"].map(named);
+        let _subscribed = topics.map(|(id, _)| channels.subscribe(id, id, &waiting).unwrap());
+        let [(_, image), (_, map), (_, transforms), (_, tf)] = topics;
+        let plain = |text: String| Encoded { message: text.into_bytes().into(), retained: None };
+        let latched = |text: &str| {
+            let message: Arc<[u8]> = text.as_bytes().into();
+            Encoded { retained: Some(Arc::clone(&message)), message }
+        };
+        for index in 0..1_000 {
+            image.deliver(index, plain(format!("image {index}")));
+            tf.deliver(index, plain(format!("tf {index}")));
+        }
+        map.deliver(1_000, latched("map"));
+        transforms.deliver(1_000, latched("transforms"));
+        let sent: Vec<String> = std::iter::from_fn(|| waiting.take())
+            .map(|one| String::from_utf8(one.encoded.to_vec()).unwrap())
+            .collect();
+        let tf = (900..1_000).map(|index| format!("tf {index}"));
+        let expected: Vec<String> = std::iter::once("image 999".to_owned())
+            .chain(tf)
+            .chain(["map".to_owned(), "transforms".to_owned()])
+            .collect();
+        assert_eq!(sent, expected);
     }
 }

@@ -1,18 +1,17 @@
 //! A viewer at its connection: the channels that it subscribes to, and their messages as it takes them.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket};
-use tokio::sync::mpsc;
 use tokio::time::MissedTickBehavior;
 
-use super::channels::{Channels, Delivery, Subscribed};
+use super::channels::{Channels, Subscribed};
+use super::waiting::{Delivery, Waiting};
 use crate::foxglove::{Request, advertise, message, request, server_info, warning};
 
-/// Messages that may wait for a viewer; more are left out. A second of all topics.
-const MOST_WAITING: usize = 100;
 /// Subscriptions of one viewer.
 const MOST_SUBSCRIPTIONS: usize = 256;
 /// A viewer is asked for a sign of life once in this time: it need not say anything by itself.
@@ -28,7 +27,7 @@ pub(super) async fn attend(mut socket: WebSocket, session: &str, channels: &Chan
             return;
         }
     }
-    let (sender, mut waiting) = mpsc::channel::<Delivery>(MOST_WAITING);
+    let waiting = Arc::new(Waiting::default());
     let mut subscriptions: HashMap<u32, Subscribed> = HashMap::new();
     let mut ping = tokio::time::interval(PING_PERIOD);
     ping.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -36,7 +35,7 @@ pub(super) async fn attend(mut socket: WebSocket, session: &str, channels: &Chan
         let to_send = tokio::select! {
             received = socket.recv() => match received {
                 Some(Ok(Message::Text(text))) => {
-                    match take(&text, &mut subscriptions, channels, &sender) {
+                    match take(&text, &mut subscriptions, channels, &waiting) {
                         Ok(()) => continue,
                         Err(problem) => Message::text(warning(&problem)),
                     }
@@ -44,8 +43,7 @@ pub(super) async fn attend(mut socket: WebSocket, session: &str, channels: &Chan
                 Some(Ok(Message::Close(_)) | Err(_)) | None => return,
                 Some(Ok(_)) => continue,
             },
-            // The sender lives as long as this.
-            Some(Delivery { subscription, at_ns, encoded }) = waiting.recv() => {
+            Delivery { subscription, at_ns, encoded } = waiting.next() => {
                 Message::Binary(Bytes::from(message(subscription, at_ns, &encoded)))
             }
             _ = ping.tick() => Message::Ping(Bytes::new()),
@@ -61,7 +59,7 @@ fn take(
     text: &str,
     subscriptions: &mut HashMap<u32, Subscribed>,
     channels: &Channels,
-    sender: &mpsc::Sender<Delivery>,
+    waiting: &Arc<Waiting>,
 ) -> Result<(), String> {
     match request(text) {
         Some(Request::Subscribe(pairs)) => {
@@ -70,7 +68,7 @@ fn take(
                     return Err(format!("a viewer may have {MOST_SUBSCRIPTIONS} subscriptions"));
                 }
                 let subscribed = channels
-                    .subscribe(channel, id, sender)
+                    .subscribe(channel, id, waiting)
                     .ok_or_else(|| format!("there is no channel {channel}"))?;
                 subscriptions.insert(id, subscribed);
             }
