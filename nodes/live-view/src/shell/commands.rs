@@ -8,7 +8,8 @@ use futures::future::join_all;
 use msgs::RosService;
 use msgs::lifecycle_msgs::{ChangeState, ChangeStateRequest, Transition};
 use msgs::rcl_interfaces::{
-    GetParameters, GetParametersRequest, Parameter, SetParameters, SetParametersRequest,
+    GetParameters, GetParametersRequest, Parameter, ParameterType, SetParameters,
+    SetParametersRequest,
 };
 use msgs::std_srvs::{Trigger, TriggerRequest};
 use node_shell::{Node, ServiceClient, message_from_parameter, parameter_from_message};
@@ -72,6 +73,11 @@ impl Commands {
             getting: Mutex::default(),
             setting: Mutex::default(),
         }
+    }
+
+    /// The nodes that are shown.
+    pub(super) fn nodes(&self) -> &[ShownNode] {
+        &self.nodes
     }
 
     /// Carries out a command in JSON; the answer is JSON, too.
@@ -156,6 +162,9 @@ impl Commands {
             .find(|one| one.name == node)
             .and_then(|one| one.parameters.iter().find(|one| one.name == name))
             .ok_or_else(|| format!("{node} has no parameter {name}"))?;
+        if let Err(wanted) = check_type(value, declared.r#type) {
+            return Err(format!("{node}: {name} must be {wanted}, not {value}"));
+        }
         let value = message_from_parameter(value, declared.r#type);
         let parameters = vec![Parameter { name: name.to_owned(), value }];
         let service = format!("{node}/set_parameters");
@@ -191,10 +200,74 @@ impl Commands {
     }
 }
 
+/// Whether a value is of a parameter's type; else what is. As a message a value of another one would be 0, or empty.
+fn check_type(value: &Value, kind: u8) -> Result<(), &'static str> {
+    let is_whole = |value: &Value| value.is_i64() || value.is_u64();
+    let all =
+        |is_one: fn(&Value) -> bool| value.as_array().is_some_and(|all| all.iter().all(is_one));
+    let (is_of_it, wanted) = match kind {
+        ParameterType::PARAMETER_BOOL => (value.is_boolean(), "true or false"),
+        ParameterType::PARAMETER_INTEGER => (is_whole(value), "a whole number"),
+        ParameterType::PARAMETER_DOUBLE => (value.is_number(), "a number"),
+        ParameterType::PARAMETER_STRING => (value.is_string(), "a text"),
+        ParameterType::PARAMETER_BOOL_ARRAY => (all(Value::is_boolean), "a list of true or false"),
+        ParameterType::PARAMETER_INTEGER_ARRAY => (all(is_whole), "a list of whole numbers"),
+        ParameterType::PARAMETER_DOUBLE_ARRAY => (all(Value::is_number), "a list of numbers"),
+        ParameterType::PARAMETER_STRING_ARRAY => (all(Value::is_string), "a list of texts"),
+        _ => (false, "of a type that can be set here"),
+    };
+    if is_of_it { Ok(()) } else { Err(wanted) }
+}
+
 fn answer(id: Option<u64>, result: Result<Value, String>) -> String {
     match result {
         Ok(value) => json!({ "id": id, "done": value }),
         Err(reason) => json!({ "id": id, "failed": reason }),
     }
     .to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use node_shell::{Host, RosArguments};
+
+    use super::*;
+
+    /// Regression: a value of another type was sent as 0, which switches off what may be 0.
+    #[test]
+    fn a_value_of_another_type_is_refused_before_the_node_is_asked() {
+        let host = Host::in_process();
+        let arguments = RosArguments::parse([] as [String; 0]).unwrap();
+        let node = Arc::new(host.node("live_view", &arguments).unwrap());
+        let declared = |name: &str, kind| msgs::rcl_interfaces::ParameterDescriptor {
+            name: name.to_owned(),
+            r#type: kind,
+            ..Default::default()
+        };
+        let parameters = vec![
+            declared("period_s", ParameterType::PARAMETER_DOUBLE),
+            declared("count", ParameterType::PARAMETER_INTEGER),
+            declared("names", ParameterType::PARAMETER_STRING_ARRAY),
+        ];
+        let shown = ShownNode { name: "detection".to_owned(), parameters };
+        let commands = Commands::new(node, vec![shown]);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        for (name, value, wanted) in [
+            ("period_s", json!("a"), "detection: period_s must be a number, not \"a\""),
+            ("period_s", json!(true), "must be a number, not true"),
+            ("period_s", json!([1]), "must be a number, not [1]"),
+            ("period_s", Value::Null, "must be a number, not null"),
+            ("count", json!(1.5), "must be a whole number, not 1.5"),
+            ("names", json!(["a", 1]), "must be a list of texts"),
+        ] {
+            let command =
+                json!({"id": 7, "do": "set", "node": "detection", "name": name, "value": value});
+            let answer = runtime.block_on(commands.carry_out(&command.to_string()));
+            let answer: Value = serde_json::from_str(&answer).unwrap();
+            let failed = answer["failed"].as_str().unwrap();
+            assert!(failed.contains(wanted), "{value}: {failed}");
+        }
+        assert_eq!(check_type(&json!(3), ParameterType::PARAMETER_DOUBLE), Ok(()));
+        assert_eq!(check_type(&json!([]), ParameterType::PARAMETER_STRING_ARRAY), Ok(()));
+    }
 }
