@@ -2,14 +2,16 @@
 //!
 //! | format | columns | recognised by |
 //! |---|---|---|
-//! | TUM | seconds x y z qx qy qz qw | 8 columns between blanks |
+//! | TUM | seconds (ORB-SLAM3: nanoseconds) x y z qx qy qz qw | 8 columns between blanks |
 //! | KITTI | the upper three rows of the pose's matrix, row by row; no stamps | 12 columns between blanks |
 //! | EuRoC | nanoseconds, x, y, z, qw, qx, qy, qz, and others that are ignored | 8 columns or more between commas |
 //!
-//! `#` begins a comment. A first line without any number is a header. Lines may end with CR LF.
+//! `#` begins a comment. A first line without any number is a header: between commas its names say where the quaternion's w is, as
+//! OKVIS2 has it at the end. Lines may end with CR LF.
 //! A pose with a non-finite number is not an error, since trackers write such poses when they are lost; it is counted.
 #![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
+mod header;
 mod number;
 #[cfg(test)]
 mod tests;
@@ -18,7 +20,8 @@ use geometry::Stamp;
 use nalgebra::{Matrix3, Rotation3, SVD, UnitQuaternion};
 use serde::Serialize;
 
-use self::number::{decimal_seconds, integer_nanoseconds, number};
+use self::header::{QuaternionOrder, commented_order, order};
+use self::number::{decimal_seconds, integer_nanoseconds, number, tum_stamp};
 use super::path::{RawPose, Trajectory};
 
 /// How far a printed matrix may be from a rotation, by the entries of `R^T R - I`: seven digits leave 1e-6.
@@ -102,6 +105,17 @@ pub enum ParseError {
         /// The number of columns that it has.
         found: usize,
     },
+    /// The names of a header's columns are not those of a pose.
+    #[error(
+        "line {line}: the header calls columns 2 to 8 '{text}', but x, y, z and then qw, qx, qy, qz or qx, qy, qz, qw are \
+         read between commas"
+    )]
+    Header {
+        /// The line.
+        line: usize,
+        /// The names.
+        text: String,
+    },
     /// A column is not a number.
     #[error("line {line}, column {column}: '{text}' is not a number")]
     NotANumber {
@@ -139,9 +153,14 @@ pub fn parse_trajectory(text: &[u8]) -> Result<ParsedTrajectory, ParseError> {
     let mut stamped: Vec<(Stamp, RawPose)> = Vec::new();
     let mut numbered: Vec<RawPose> = Vec::new();
     let mut is_first = true;
+    // That of EuRoC.
+    let mut quaternion = commented_order(text).unwrap_or(QuaternionOrder::Wxyz);
     for row in rows(text) {
         let row = row?;
         if std::mem::take(&mut is_first) && row.is_header() {
+            if row.format() == Ok(TrajectoryFormat::Euroc) {
+                quaternion = row.order()?;
+            }
             continue;
         }
         let format = match format {
@@ -151,11 +170,11 @@ pub fn parse_trajectory(text: &[u8]) -> Result<ParsedTrajectory, ParseError> {
         row.check_columns(format)?;
         match format {
             TrajectoryFormat::Tum => {
-                stamped.push((row.stamp("seconds", decimal_seconds)?, row.pose(xyzw)?));
+                stamped.push((row.stamp("seconds", tum_stamp)?, row.pose(QuaternionOrder::Xyzw)?));
             }
             TrajectoryFormat::Euroc => {
                 let stamp = row.stamp("whole nanoseconds", integer_nanoseconds)?;
-                stamped.push((stamp, row.pose(wxyz)?));
+                stamped.push((stamp, row.pose(quaternion)?));
             }
             TrajectoryFormat::Kitti => numbered.push(row.matrix()?),
         }
@@ -214,17 +233,17 @@ fn rows(text: &[u8]) -> impl Iterator<Item = Result<Row<'_>, ParseError>> {
     })
 }
 
-fn xyzw(numbers: [f64; 4]) -> [f64; 4] {
-    numbers
-}
-
-fn wxyz([w, x, y, z]: [f64; 4]) -> [f64; 4] {
-    [x, y, z, w]
-}
-
 impl Row<'_> {
     fn is_header(&self) -> bool {
         self.columns.iter().all(|text| number(text).is_none())
+    }
+
+    /// The order that a header's names say.
+    fn order(&self) -> Result<QuaternionOrder, ParseError> {
+        order(&self.columns).ok_or_else(|| {
+            let names = self.columns.get(1..EUROC_COLUMNS).unwrap_or_default();
+            ParseError::Header { line: self.line, text: shown(&names.join(", ")) }
+        })
     }
 
     fn format(&self) -> Result<TrajectoryFormat, ParseError> {
@@ -281,9 +300,9 @@ impl Row<'_> {
     }
 
     /// The position and the quaternion after the stamp.
-    fn pose(&self, xyzw_of: fn([f64; 4]) -> [f64; 4]) -> Result<RawPose, ParseError> {
+    fn pose(&self, quaternion: QuaternionOrder) -> Result<RawPose, ParseError> {
         let position_m = self.numbers(1)?;
-        Ok(RawPose { position_m, quaternion_xyzw: xyzw_of(self.numbers(4)?) })
+        Ok(RawPose { position_m, quaternion_xyzw: quaternion.xyzw(self.numbers(4)?) })
     }
 
     /// The pose of a matrix of three rows and four columns.

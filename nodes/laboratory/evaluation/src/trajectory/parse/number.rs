@@ -9,6 +9,9 @@ const NANO_DIGITS: usize = 9;
 /// seconds lie far beyond it.
 const LATEST_S: f64 = 9.2e9;
 
+/// So large a stamp in the place of seconds is in nanoseconds, of 1973 or later: microseconds of today are less.
+const EARLIEST_NS: f64 = 1e17;
+
 /// A number; "nan" and "inf" are numbers too.
 pub(super) fn number(text: &str) -> Option<f64> {
     text.parse().ok()
@@ -33,6 +36,15 @@ pub(super) fn decimal_seconds(text: &str) -> Option<Stamp> {
     let nanos: i64 = format!("{fraction:0<NANO_DIGITS$}").parse().ok()?;
     let whole: i64 = if whole.is_empty() { 0 } else { whole.parse().ok()? };
     Some(Stamp::from_nanos(sign * (whole * 1_000_000_000 + nanos)))
+}
+
+/// A stamp in seconds, or in nanoseconds as ORB-SLAM3 writes its EuRoC files: "1403636579763555584.000000".
+pub(super) fn tum_stamp(text: &str) -> Option<Stamp> {
+    decimal_seconds(text).or_else(|| {
+        let is_nanoseconds = number(text)? >= EARLIEST_NS;
+        let whole = text.split_once('.').map_or(text, |(whole, _)| whole);
+        is_nanoseconds.then(|| integer_nanoseconds(whole))?
+    })
 }
 
 /// A stamp in whole nanoseconds. Some tools print it as a float, as 1.403715e+18.
@@ -69,6 +81,21 @@ mod tests {
         }
     }
 
+    /// Regression: the files of ORB-SLAM3 for EuRoC were refused.
+    #[test]
+    fn stamps_far_beyond_seconds_are_nanoseconds() {
+        let nanos = |text| tum_stamp(text).map(Stamp::as_nanos);
+        let whole = Some(1_403_636_579_763_555_584);
+        for text in ["1403636579763555584.000000", "1403636579763555584", "1403636579763555584."] {
+            assert_eq!(nanos(text), whole, "{text}");
+        }
+        assert_eq!(nanos("1403636579.763555584"), whole);
+        // Milliseconds, microseconds, beyond the latest, and no number.
+        for text in ["1403636579763", "1403636579763555", "99999999999999999999", "1e300", "inf"] {
+            assert_eq!(nanos(text), None, "{text}");
+        }
+    }
+
     #[test]
     fn nanoseconds_are_whole() {
         let nanos = |text| integer_nanoseconds(text).map(Stamp::as_nanos);
@@ -83,7 +110,7 @@ mod tests {
         #[test]
         fn any_text_is_a_stamp_or_none(text in "\\PC{0,24}", digits in "[-+.0-9eEnaif]{0,30}") {
             for text in [text, digits] {
-                let _ = (decimal_seconds(&text), integer_nanoseconds(&text));
+                let _ = (tum_stamp(&text), integer_nanoseconds(&text));
             }
         }
 
