@@ -100,6 +100,34 @@ pub(crate) fn rows_of<T: Number, const N: usize>(
     Ok(numbers.as_chunks().0.to_vec())
 }
 
+/// The rows of whatever NumPy can make an array of N columns of integers from 0 to 255 of. NumPy itself would take 0.9 for 0, and 300
+/// for 44.
+pub(crate) fn bytes_of<const N: usize>(
+    values: &Bound<'_, PyAny>,
+    wanted: &str,
+) -> PyResult<Vec<[u8; N]>> {
+    /// NumPy's kinds of integers: with a sign, and without.
+    const INTEGERS: [&str; 2] = ["i", "u"];
+    let array = values.py().import("numpy")?.call_method1("asarray", (values,))?;
+    if array.getattr("size")?.extract::<usize>()? > 0 {
+        let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
+        if !INTEGERS.contains(&kind.as_str()) {
+            let given = array.getattr("dtype")?;
+            return Err(PyValueError::new_err(format!(
+                "{given} is given, where {wanted} of integers from 0 to 255 are wanted; of values from 0 to 1: \
+                 (255 * values).round().astype('uint8')"
+            )));
+        }
+        let (least, most) = (array.call_method0("min")?, array.call_method0("max")?);
+        if least.lt(0)? || most.gt(u8::MAX)? {
+            return Err(PyValueError::new_err(format!(
+                "{least} to {most} are given, where {wanted} of integers from 0 to 255 are wanted"
+            )));
+        }
+    }
+    rows_of(&array, wanted)
+}
+
 /// An attribute that is made when it is first asked for, and is the same object from then on.
 pub(crate) struct Kept(PyOnceLock<Py<PyAny>>);
 

@@ -9,7 +9,7 @@ use pyo3::exceptions::{PyFileExistsError, PyValueError};
 use pyo3::prelude::*;
 use robot::map_file::MapFile;
 
-use crate::arrays::{self, Kept, rows_of};
+use crate::arrays::{self, Kept, bytes_of, rows_of};
 use crate::cycle::coordinates;
 use crate::errors::{computed, error, error_of_file};
 
@@ -31,7 +31,7 @@ impl From<MapFile> for Map {
 
 #[pymethods]
 impl Map {
-    /// A map of points: N x 3, metres; with unit normals N x 3, and colours N x 3, red, green, blue, from 0 to 255.
+    /// A map of points: N x 3, metres; with unit normals N x 3, and colours N x 3, red, green, blue, integers from 0 to 255.
     #[new]
     #[pyo3(signature = (points, normals=None, colours=None))]
     fn new(
@@ -41,7 +41,7 @@ impl Map {
     ) -> PyResult<Self> {
         let points: Vec<[f32; 3]> = rows_of(points, "points N x 3")?;
         let normals = normals.map(|normals| rows_of(normals, "normals N x 3")).transpose()?;
-        let colours = colours.map(|colours| rows_of(colours, "colours N x 3")).transpose()?;
+        let colours = colours.map(|colours| bytes_of(colours, "colours N x 3")).transpose()?;
         check_count("normals", normals.as_ref(), points.len())?;
         check_count("colours", colours.as_ref(), points.len())?;
         let points = OrientedPoints {

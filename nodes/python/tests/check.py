@@ -100,6 +100,11 @@ class TheMap(unittest.TestCase):
         made = stillmap.Map(points, colours=colours)
         np.testing.assert_array_equal(made.points, points)
         np.testing.assert_array_equal(made.colours, colours)
+        np.testing.assert_array_equal(stillmap.Map(points, colours=colours.tolist()).colours, colours)
+        # Regression: colours from 0 to 1, as Open3D has them, became black without a word, and 300 became 44.
+        for wrong in (colours / 255, colours.astype(np.int32) * 100, -colours.astype(np.int32), colours > 2):
+            with self.assertRaisesRegex(ValueError, "integers from 0 to 255"):
+                stillmap.Map(points, colours=wrong)
         # An attribute is one object, and changes of it are the caller's own.
         self.assertIs(made.points, made.points)
         with self.assertRaisesRegex(ValueError, "N x 3"):

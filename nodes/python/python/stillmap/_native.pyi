@@ -230,7 +230,8 @@ class Map:
 
     def __new__(
         cls, points: ArrayLike, normals: ArrayLike | None = None, colours: ArrayLike | None = None
-    ) -> Map: ...
+    ) -> Map:
+        """Of points N x 3, metres, with unit normals N x 3, and colours N x 3: red, green, blue, integers from 0 to 255."""
     def __len__(self) -> int: ...
     @property
     def points(self) -> NDArray[np.float32]:
