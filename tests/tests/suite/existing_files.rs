@@ -61,7 +61,7 @@ impl Inputs {
 }
 
 /// Each command that writes, and a file that it would replace.
-const REPLACING: [(&str, &str); 17] = [
+const REPLACING: [(&str, &str); 18] = [
     ("run @small.mcap --out @out", "out/map.ply"),
     ("run @small.mcap --out @out", "out/parameters.yaml"),
     ("run @small.mcap --out @out", "out/dynamic/cycle_000001.ply"),
@@ -79,6 +79,7 @@ const REPLACING: [(&str, &str); 17] = [
     ("calibrate @small.mcap -o @out.yaml", "out.yaml"),
     ("record -o @out.mcap", "out.mcap"),
     ("eval trajectory @poses.txt --ref @poses.txt --out @out", "out/score.json"),
+    ("eval grid @out.yaml --scene B --picture @out.png", "out.png"),
 ];
 
 #[test]

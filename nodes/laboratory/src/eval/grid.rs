@@ -11,7 +11,7 @@ use clap::Args;
 use self::score::{GridScore, Sight, score};
 use crate::simulate::choice::ChoiceArgs;
 use robot::console;
-use robot::{Failure, Outcome};
+use robot::{Failure, Outcome, refuse_to_replace};
 
 pub use map_file::read as read_grid;
 
@@ -44,12 +44,16 @@ pub struct GridArgs {
     /// Draw grid and plan into this PNG file
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
+    /// Replace an existing picture
+    #[arg(long, requires = "picture")]
+    overwrite: bool,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(args: &GridArgs) -> Result<Outcome, Failure> {
+    refuse_to_replace(args.picture.clone(), args.overwrite, "--picture")?;
     let scenario = args.choice.scenario()?;
     let grid = map_file::read(&args.grid)?;
     let sight = if args.scan {

@@ -90,8 +90,8 @@ struct Evaluation {
 }
 
 pub(crate) fn run(args: &KittiArgs) -> Result<Outcome, Failure> {
-    let names = args.variants.iter().map(|variant| format!("{}.txt", variant.name()));
-    let paths = args.out.iter().flat_map(|folder| names.clone().map(|name| folder.join(name)));
+    let names = args.variants.iter().map(|variant| variant.name());
+    let paths = args.out.iter().flat_map(|folder| names.clone().map(|name| file_of(folder, &name)));
     refuse_to_replace(paths, args.overwrite, "--out")?;
     let evaluation = evaluated(args)?;
     if args.json {
@@ -155,16 +155,16 @@ fn evaluated(args: &KittiArgs) -> Result<Evaluation, Failure> {
         Ok(())
     })?;
     progress.finish();
-    let mut candidates: Vec<Candidate> = follows.into_iter().map(Follow::finish).collect();
-    for path in &args.estimate {
-        candidates.push(score::given(path, &scans)?);
-    }
     let mut figures = Vec::new();
-    for candidate in &candidates {
-        figures.push(score::scored(candidate, &truth)?);
+    for candidate in follows.into_iter().map(Follow::finish) {
+        figures.push(score::scored(&candidate, &truth)?);
         if let Some(folder) = &args.out {
-            write_poses(folder, candidate)?;
+            write_poses(folder, &candidate)?;
         }
+    }
+    // The given trajectories are files already.
+    for path in &args.estimate {
+        figures.push(score::scored(&score::given(path, &scans)?, &truth)?);
     }
     Ok(Evaluation {
         figures,
@@ -181,6 +181,11 @@ fn way_m(truth: &[(Stamp, Isometry3<f64>)]) -> f64 {
     steps.map(|(from, to)| (to.1.translation.vector - from.1.translation.vector).norm()).sum()
 }
 
+/// The file of a variant's trajectory.
+fn file_of(folder: &Path, variant: &str) -> PathBuf {
+    folder.join(format!("{variant}.txt"))
+}
+
 fn write_poses(folder: &Path, candidate: &Candidate) -> Result<(), Failure> {
     let line = |(_, pose): &(Stamp, Isometry3<f64>)| {
         let matrix = pose.to_homogeneous();
@@ -188,7 +193,7 @@ fn write_poses(folder: &Path, candidate: &Candidate) -> Result<(), Failure> {
         numbers.collect::<Vec<_>>().join(" ") + "\n"
     };
     let text: String = candidate.poses.iter().map(line).collect();
-    let path = folder.join(format!("{}.txt", candidate.name));
+    let path = file_of(folder, &candidate.name);
     std::fs::create_dir_all(folder)
         .and_then(|()| std::fs::write(&path, text))
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))

@@ -99,8 +99,17 @@ fn kitti_folder(folder: &Path) -> PathBuf {
 fn a_folder_laid_out_as_kitti_has_all_tables() {
     let folder = tempfile::tempdir().unwrap();
     let sequence = kitti_folder(folder.path());
-    let line = Line::parse_from(["kitti".into(), sequence.into_os_string()]);
+    let given = folder.path().join("poses/07.txt");
+    // Regression: of a given trajectory a copy was written, in the place of a file that was there.
+    let out = folder.path().join("out");
+    let before = out.join("07.txt.txt");
+    std::fs::create_dir(&out).unwrap();
+    std::fs::write(&before, "of another day").unwrap();
+    let words = ["kitti".into(), sequence, "--estimate".into(), given, "--out".into(), out.clone()];
+    let line = Line::parse_from(words.map(PathBuf::into_os_string));
     let evaluation = evaluated(&line.args).unwrap();
+    assert_eq!(std::fs::read_to_string(before).unwrap(), "of another day");
+    assert!(out.join("ours.txt").exists());
     assert_eq!((evaluation.scans, evaluation.true_poses), (SCANS, SCANS));
     assert!((3.0..20.0).contains(&evaluation.way_m), "{}", evaluation.way_m);
     let of = |name: &str| evaluation.figures.iter().find(|one| one.name == name).unwrap();
@@ -108,6 +117,7 @@ fn a_folder_laid_out_as_kitti_has_all_tables() {
     let ours = of("ours");
     assert_eq!((ours.poses, ours.troubles), (SCANS, 0));
     assert!(ours.rms_3d_m.unwrap() < 0.05 && ours.ate_rmse_m < 0.05, "{ours:?}");
+    assert_eq!(of("07.txt").poses, SCANS);
     // Every number of rays is a separate run.
     let rays = ["22", "18", "14", "10", "6"].map(|rays| of(&format!("gicp-rays-{rays}")));
     for (one, other) in rays.iter().zip(&rays[1..]) {
