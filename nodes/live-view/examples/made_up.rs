@@ -126,6 +126,7 @@ async fn publish(node: Node) -> Result<(), NodeFailure> {
                 let whole = cloud(stamp, (0..columns).flat_map(column).collect());
                 maps.publish_or_warn(convert::message_from_cloud(&whole));
                 diagnostics.publish_or_warn(hostile());
+                diagnostics.publish_or_warn(paused_elsewhere());
                 diagnostics.publish_or_warn(says(if meshes.subscriber_count() > 0 {
                     "the mesh is made"
                 } else {
@@ -251,6 +252,17 @@ fn says(text: &str) -> DiagnosticArray {
     let status = DiagnosticStatus {
         name: "mesh".into(),
         message: text.into(),
+        ..DiagnosticStatus::default()
+    };
+    DiagnosticArray { status: vec![status], ..DiagnosticArray::default() }
+}
+
+/// The detection of another robot on the same network, whose name is sorted before that of this one.
+fn paused_elsewhere() -> DiagnosticArray {
+    let state = KeyValue { key: "state".to_owned(), value: "inactive".to_owned() };
+    let status = DiagnosticStatus {
+        name: "/another_robot/detection".to_owned(),
+        values: vec![state],
         ..DiagnosticStatus::default()
     };
     DiagnosticArray { status: vec![status], ..DiagnosticArray::default() }

@@ -13,7 +13,7 @@ use node_shell::{
     Arrived, Node, NodeFailure, Qos, ShellError, Subscription, Throttle, ValueSubscription,
 };
 use tokio::sync::watch;
-use tokio::time::MissedTickBehavior;
+use tokio::time::{Instant, MissedTickBehavior};
 
 use super::GraphOf;
 use super::shared::Shared;
@@ -47,7 +47,7 @@ pub(super) async fn feed(
     loop {
         // The sender lives as long as `shared`.
         let _ = browsers.wait_for(|count| *count > 0).await;
-        let mut feed = Feed::of(node, graph)?;
+        let mut feed = Feed::of(node, graph, shared)?;
         tokio::select! {
             () = feed.follow(shared) => {}
             failed = follow_mesh(node, shared) => return Err(failed.into()),
@@ -145,10 +145,12 @@ enum Input {
 }
 
 impl Feed {
-    fn of(node: &Node, graph: GraphOf) -> Result<Self, ShellError> {
+    fn of(node: &Node, graph: GraphOf, shared: &Shared) -> Result<Self, ShellError> {
         // A latched map is sent over the network as well. Within the process it comes without that, and its publisher is not to wait
         // until a reader that needs no copy has acknowledged the last one.
         let map = Qos::new(graph == GraphOf::OtherProcesses, true, 1);
+        let shown = shared.commands.nodes().iter().map(|one| one.name.as_str());
+        let status = Status::of(&node.full_name(), shown);
         let feed = Self {
             detected: node.value_subscription("reduced_cloud", &CYCLES)?,
             segmented: node.value_subscription("segmented_cloud", &CYCLES)?,
@@ -158,7 +160,7 @@ impl Feed {
             updates: node.subscription("static_map_updates", &UPDATES)?,
             removals: node.subscription("static_map_removals", &UPDATES)?,
             diagnostics: node.subscription("/diagnostics", &DIAGNOSTICS)?,
-            latest: Latest::default(),
+            latest: Latest { status, ..Latest::default() },
             bad_input: Throttle::for_warnings(),
         };
         // A view without input is no fault of the view.
@@ -218,7 +220,7 @@ impl Feed {
 impl Latest {
     fn take(&mut self, input: Input, shared: &Arc<Shared>) -> Result<(), ConvertError> {
         match input {
-            Input::Diagnostics(message) => self.status.take(&message),
+            Input::Diagnostics(message) => self.status.take(&message, Instant::now()),
             Input::Scan(message) => keep(&mut self.scans, convert::scan_from_message(&message)?),
             Input::Detected(arrived) => keep(&mut self.detected, arrived.value()?),
             Input::Segmented(arrived) => {

@@ -27,9 +27,9 @@ export function commands(connection) {
   let isPaused = false;
   const pause = run("Pause detection", () => ({ do: isPaused ? "resume" : "pause" }));
   pause.title = "Deactivates the node detection (lifecycle): no more cycles, and the map stays as it is";
-  const show = ({ nodes }) => {
-    const detection = nodes.find(({ name }) => name.endsWith("/detection"));
-    const state = detection?.figures.find(([key]) => key === "state")?.[1];
+  const show = ({ nodes, detection }) => {
+    const node = nodes.find(({ name }) => name === detection);
+    const state = node?.figures.find(([key]) => key === "state")?.[1];
     isPaused = state !== undefined && state !== "active";
     pause.textContent = isPaused ? "Resume detection" : "Pause detection";
   };

@@ -124,6 +124,8 @@ test("the live view", { timeout: LONGEST_MS }, async (t) => {
     assert.match(await page.locator(".command-result").innerText(), /^saved/);
     confirms = true;
     await press("Empty map", "it is <i>not</i> emptied");
+    // Regression: the detection of another robot, which is paused and comes first by name, was taken for this one's.
+    await page.waitForFunction(() => /another_robot/.test(document.querySelector(".nodes").textContent));
     await press("Pause detection", "detection paused");
     await press("Resume detection", "detection goes on");
     // A node that is slow to answer is left out.
