@@ -12,4 +12,4 @@ cd "$(dirname "$0")"
 cargo build --quiet --locked -p report -p live-view -p stillmap-tests --example pages --example made_up
 examples=${CARGO_TARGET_DIR:-$PWD/../../../target}/debug/examples
 "$examples/pages" "$pages"
-PAGES=$pages MADE_UP=$examples/made_up node --test tests/{detail,ceiling,page,live}.test.mjs
+PAGES=$pages MADE_UP=$examples/made_up node --test tests/{detail,ceiling,live_map,page,live}.test.mjs

@@ -7,6 +7,8 @@ import { strideOf } from "./point_set.js";
 const SAMPLES = 20_000;
 /** Share of the points beyond each end of an axis that do not decide how large the map is, as in the report. */
 const OUTLIER_SHARE = 0.005;
+/** The parts of the colour of points that came without one, as the others that none was seen of have it: drawn_colour in payload.rs. */
+const UNSEEN = 110;
 
 export class LiveMap {
   /** `layer` draws the points. */
@@ -23,6 +25,8 @@ export class LiveMap {
   /** Takes blocks; `draw` shows them. */
   take({ epoch, voxel_m, block_m, step_m, tileBlocks, hasColours, total, blocks }) {
     if (epoch !== this.epoch) this.clear();
+    // What was drawn without colours is drawn again with them.
+    if (hasColours !== this.hasColours) for (const name of this.tiles.keys()) this.changed.add(name);
     Object.assign(this, { epoch, voxel_m, total, hasColours });
     for (const { key, count, steps, colours } of blocks) {
       const place = key.map((along) => Math.floor(along / tileBlocks));
@@ -83,7 +87,7 @@ function drawable({ origin_m, step_m, blocks }, hasColours) {
   for (const { count: inBlock, steps, colours } of blocks.values()) {
     for (let point = 0; point < inBlock; point += 1) {
       for (let axis = 0; axis < 3; axis += 1) positions[4 * to + axis] = steps[3 * point + axis];
-      if (tints && colours) for (let part = 0; part < 3; part += 1) tints[4 * to + part] = colours[part][point];
+      if (tints) for (let part = 0; part < 3; part += 1) tints[4 * to + part] = colours ? colours[part][point] : UNSEEN;
       to = (to + stride) % count;
     }
   }
