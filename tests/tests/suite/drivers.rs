@@ -52,7 +52,7 @@ const fn row(driver: &'static str, rewrite: fn(&mut Recording)) -> Row {
     Row { driver, rewrite, parameters: "" }
 }
 
-const ROWS: [Row; 38] = [
+const ROWS: [Row; 39] = [
     row("the simulator", |_| {}),
     // Scanners.
     row("rplidar_ros: intensities, inf for no return", |r| {
