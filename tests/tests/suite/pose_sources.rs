@@ -7,6 +7,7 @@ use geometry::{RigConfig, Stamp, StampedPose, pose_from_vector, pose_vector};
 use msgs::convert;
 use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped, TransformStamped};
 use msgs::nav_msgs::Odometry;
+use msgs::sensor_msgs::{CameraInfo, Image};
 use msgs::std_msgs::Header;
 use msgs::tf2_msgs::TFMessage;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -205,6 +206,17 @@ fn an_odometry_a_localisation_and_tf_give_the_map_of_stamped_poses() {
         topics.messages("/odom", messages);
     });
     assert_same_map("with odometry", &map_of(&with_odometry, "local", &[]), &expected);
+
+    // Regression: scans that are cut out of depth images were in a frame that tf does not have, and none became a cycle.
+    let without_scanner = bag_of(folder.path(), "without_scanner.mcap", |topics| {
+        let [image, info] = ["/camera/depth/image_raw", "/camera/depth/camera_info"];
+        for topic in ["/tf_static", "/tf"] {
+            topics.messages(topic, messages_of::<TFMessage>(&by_tf, topic));
+        }
+        topics.messages(info, messages_of::<CameraInfo>(&by_tf, info));
+        topics.messages(image, messages_of::<Image>(&by_tf, image).into_iter().take(60));
+    });
+    assert!(!map_of(&without_scanner, "local", &[]).is_empty());
 }
 
 #[test]
