@@ -8,7 +8,6 @@ use nalgebra::{Point3, Vector3};
 use crate::FreeSpaceConfig;
 use crate::angular::{azimuths_rad, points_in_zone};
 use crate::cycle_points::CyclePoints;
-use crate::depth_clustering::{depth_groups, nearest_group};
 use crate::growth::{Candidates, PointClass};
 use crate::tracking::Prediction;
 
@@ -152,30 +151,17 @@ fn zone_seeds(
     classes: &[PointClass],
 ) -> Vec<usize> {
     let point = |index: usize| &cycle.reduced_cloud.points_m[index];
-    let moving: Vec<usize> =
-        in_zone.iter().copied().filter(|&index| classes[index] != PointClass::Background).collect();
-    let at_range: Vec<usize> = match span_m(cycle, zone) {
-        Some(span) => {
-            let distance_m = |index: usize| f64::from(point(index).x.hypot(point(index).y));
-            moving.into_iter().filter(|&index| span.contains(&distance_m(index))).collect()
-        }
-        // Rec-HV 3.2.6: the nearest group is the object; among what is newly occupied, where there is such.
-        None => {
-            let newly_occupied: Vec<usize> = moving
-                .iter()
-                .copied()
-                .filter(|&index| classes[index].is_newly_occupied())
-                .collect();
-            let among =
-                if newly_occupied.len() >= MIN_NEWLY_OCCUPIED { newly_occupied } else { moving };
-            let depths_m = among.iter().map(|&index| point(index).x);
-            let groups = depth_groups(depths_m, cycle.setup.voxel_edge_m);
-            let farthest_m = nearest_group(&groups).map(|group| group.max_x_m);
-            let is_nearest =
-                |index: &usize| farthest_m.is_some_and(|far_m| point(*index).x <= far_m);
-            among.into_iter().filter(is_nearest).collect()
-        }
+    let span = span_m(cycle, zone);
+    let is_at_range = |index: usize| match &span {
+        Some(span) => span.contains(&f64::from(point(index).x.hypot(point(index).y))),
+        // Another detection may report no ranges: then by itself the zone does not tell an object from what is behind it.
+        None => classes[index].is_newly_occupied(),
     };
+    let at_range: Vec<usize> = in_zone
+        .iter()
+        .copied()
+        .filter(|&index| classes[index] != PointClass::Background && is_at_range(index))
+        .collect();
     let newly_occupied: Vec<usize> =
         at_range.iter().copied().filter(|&index| classes[index].is_newly_occupied()).collect();
     if newly_occupied.len() >= MIN_NEWLY_OCCUPIED {

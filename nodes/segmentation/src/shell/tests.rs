@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use free_domain::FreeDomain;
-use geometry::{DynamicZone, Stamp, ZoneSource};
+use geometry::{DynamicZone, ReturnSpan, Stamp, ZoneSource};
 use msgs::stillmap_msgs::{ReducedCloud, StageReport};
 use nalgebra::{Isometry3, Point3};
 use node_shell::{RosArguments, Transport};
@@ -50,7 +50,7 @@ fn cycle() -> DetectedCycle {
             azimuth_max_rad: 0.1,
             peak_std_dev_m: 0.5,
             source: ZoneSource::Measured,
-            returns: None,
+            returns: Some(ReturnSpan { nearest_m: 1.0, farthest_m: 1.0 }),
         }],
     }
 }
