@@ -76,7 +76,8 @@ fn a_scan_without_a_time_increment_is_moved_from_its_own_stamp() {
         let ahead = turn.beams[180].hit.unwrap();
         let bearing_rad = ahead.in_rig_m.y.atan2(ahead.in_rig_m.x) - turn.beams[180].azimuth_rad;
         assert!((bearing_rad - turned_rad).abs() < 2e-3, "{after_pose_s}: {bearing_rad}");
-        assert!((ahead.in_rig_m.x - 2.0 - 0.5 * after_pose_s).abs() < 2e-3, "{after_pose_s}");
+        let ahead_m = 2.0 * f64::cos(turned_rad) + 0.5 * after_pose_s;
+        assert!((ahead.in_rig_m.x - ahead_m).abs() < 2e-3, "{after_pose_s}: {ahead:?}");
     }
     // Stamps that are farther apart are wrong.
     let turn = turn_after_pose(BeamOrder::Unknown, 0.0, 3.0);
