@@ -22,7 +22,7 @@ use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
 use crate::seeds::{Seeds, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
-use crate::tracking::{CycleView, MovingGroup, Tracker, TrackerOutput};
+use crate::tracking::{CycleView, MIN_BIRTH_POINTS, MovingGroup, Tracker, TrackerOutput};
 use crate::view::View;
 use crate::{FreeSpaceConfig, Step};
 
@@ -32,6 +32,16 @@ const ANOTHER_RUN_S: f64 = 1.0;
 /// What was put down and left by who moved it is static after this share of the longest stop: by default after 10 s, long enough for
 /// who puts a thing down to take it up again.
 const LEFT_SHARE: f64 = 1.0 / 6.0;
+
+/// The points that were not there before and are beside no surface, but for those of which fewer are connected than a track begins with: noise
+/// throws such off a surface that is far away.
+fn apart_from_surfaces(classes: &[PointClass], candidates: &Candidates<'_>) -> Vec<usize> {
+    let is_apart = |point: usize| classes[point].is_apart_from_surfaces();
+    let apart: Vec<usize> = (0..classes.len()).filter(|&point| is_apart(point)).collect();
+    let mut groups = candidates.grown_from(&apart, is_apart);
+    groups.retain(|group| group.len() >= MIN_BIRTH_POINTS);
+    groups.concat()
+}
 
 /// Finds the points that move by what earlier cycles saw.
 #[derive(Clone, Debug)]
@@ -158,8 +168,8 @@ impl FreeSpaceSegmenter {
         }
         // What is newly occupied is not background before it has stayed: it counts as a hit in the evidence, and is left
         // out of the static scene until the evidence says background.
-        for (dynamic, class) in is_dynamic.iter_mut().zip(&classes) {
-            *dynamic |= class.is_apart_from_surfaces();
+        for point in apart_from_surfaces(&classes, &candidates) {
+            is_dynamic[point] = true;
         }
         for &point in &settled {
             is_dynamic[point] = false;

@@ -29,7 +29,7 @@ use self::tracked_object::{GATE, MotionEvidence, TrackedObject};
 use crate::FreeSpaceConfig;
 
 /// A group of fewer points starts no track: it may be noise, or the rest of an object that leaves the view.
-const MIN_BIRTH_POINTS: usize = 4;
+pub(crate) const MIN_BIRTH_POINTS: usize = 4;
 /// A hidden object is tracked for this long.
 const MAX_HIDDEN_S: f64 = 4.0;
 /// An object that nothing shows to move, neither a zone, nor, if it has moved, that it goes on or is in a place that was empty, is
