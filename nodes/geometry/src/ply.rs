@@ -184,6 +184,25 @@ mod tests {
 
     use super::*;
 
+    /// A UTM map got steps of half a metre.
+    #[test]
+    fn doubles_that_single_precision_would_round_are_refused() {
+        let header = "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
+        let near = format!("{header}1000.123 -2000.7 12\nnan 0 0\n");
+        assert_eq!(decode(near.as_bytes()).unwrap(), [Point3::new(1000.123, -2000.7, 12.0)]);
+        let far = format!("{header}1 2 3\n458000.3 5428000.7 112\n");
+        let refused = decode(far.as_bytes()).unwrap_err();
+        let number = "458000.3".to_owned();
+        assert_eq!(refused, PointFileError::TooFar { point: 1, number, rounding_mm: 13 });
+        let mut binary = header.replace("ascii", "binary_little_endian").into_bytes();
+        for value in [1.0, 2.0, 3.0, 1.0, 5_428_000.7_f64, 112.0] {
+            binary.extend(value.to_le_bytes());
+        }
+        let refused = decode_with_normals(&binary).unwrap_err();
+        let number = "5428000.7".to_owned();
+        assert_eq!(refused, PointFileError::TooFar { point: 1, number, rounding_mm: 200 });
+    }
+
     #[test]
     fn a_mesh_is_read_as_its_vertices() {
         let mesh = TriangleMesh {

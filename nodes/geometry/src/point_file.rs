@@ -72,6 +72,36 @@ pub enum PointFileError {
         /// The text there, its first 80 characters.
         text: String,
     },
+    /// A point is where single precision is too coarse for it.
+    #[error(
+        "point {point} has the number {number}, which single precision, as maps have it, holds to {rounding_mm} mm only"
+    )]
+    TooFar {
+        /// Counted from 0.
+        point: usize,
+        /// The number, as it is in the file.
+        number: String,
+        /// By how much it would be rounded, in whole millimetres.
+        rounding_mm: u64,
+    },
+}
+
+/// Numbers are rounded by no more: a tenth of the finest voxel edge, and less than any sensor's noise.
+const MOST_ROUNDING_M: f64 = 0.001;
+
+/// A number of a record in single precision.
+///
+/// # Errors
+/// When it is too large for that.
+fn single(point: usize, number: f64) -> Result<f32, PointFileError> {
+    let single = number as f32;
+    let rounding_m = (f64::from(single) - number).abs();
+    // Of what is not finite the difference is no number.
+    if rounding_m > MOST_ROUNDING_M {
+        let rounding_mm = (rounding_m * 1e3).round() as u64;
+        return Err(PointFileError::TooFar { point, number: number.to_string(), rounding_mm });
+    }
+    Ok(single)
 }
 
 impl PointFileError {
@@ -112,18 +142,18 @@ impl Scalar {
 
     /// Reads from the beginning of `bytes`, least significant byte first; `None` where they do not
     /// suffice.
-    fn read(self, bytes: &[u8]) -> Option<f32> {
+    fn read(self, bytes: &[u8]) -> Option<f64> {
         Some(match self {
-            Self::I8 => f32::from(i8::from_le_bytes(*bytes.first_chunk()?)),
-            Self::U8 => f32::from(u8::from_le_bytes(*bytes.first_chunk()?)),
-            Self::I16 => f32::from(i16::from_le_bytes(*bytes.first_chunk()?)),
-            Self::U16 => f32::from(u16::from_le_bytes(*bytes.first_chunk()?)),
-            Self::I32 => i32::from_le_bytes(*bytes.first_chunk()?) as f32,
-            Self::U32 => u32::from_le_bytes(*bytes.first_chunk()?) as f32,
-            Self::I64 => i64::from_le_bytes(*bytes.first_chunk()?) as f32,
-            Self::U64 => u64::from_le_bytes(*bytes.first_chunk()?) as f32,
-            Self::F32 => f32::from_le_bytes(*bytes.first_chunk()?),
-            Self::F64 => f64::from_le_bytes(*bytes.first_chunk()?) as f32,
+            Self::I8 => i8::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::U8 => u8::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::I16 => i16::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::U16 => u16::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::I32 => i32::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::U32 => u32::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::I64 => i64::from_le_bytes(*bytes.first_chunk()?) as f64,
+            Self::U64 => u64::from_le_bytes(*bytes.first_chunk()?) as f64,
+            Self::F32 => f32::from_le_bytes(*bytes.first_chunk()?).into(),
+            Self::F64 => f64::from_le_bytes(*bytes.first_chunk()?),
         })
     }
 }
@@ -269,10 +299,18 @@ impl RecordLayout {
             return Err(PointFileError::Truncated { stated, found });
         }
         let number = |record: &[u8], (offset, _, scalar): (usize, usize, Scalar)| {
-            record.get(offset..).and_then(|bytes| scalar.read(bytes)).unwrap_or(f32::NAN)
+            record.get(offset..).and_then(|bytes| scalar.read(bytes)).unwrap_or(f64::NAN)
         };
         let records = body.chunks_exact(self.bytes.max(1)).take(stated);
-        Ok(records.map(|record| fields.map(|field| number(record, field))).collect())
+        let mut singles = Vec::with_capacity(stated);
+        for (point, record) in records.enumerate() {
+            let mut of_record = [0.0; N];
+            for (value, field) in of_record.iter_mut().zip(fields) {
+                *value = single(point, number(record, field))?;
+            }
+            singles.push(of_record);
+        }
+        Ok(singles)
     }
 
     fn decode_ascii<const N: usize>(
@@ -288,7 +326,7 @@ impl RecordLayout {
             for (number, (_, column, _)) in record.iter_mut().zip(fields) {
                 let word = line.split_ascii_whitespace().nth(column).unwrap_or_default();
                 let error = |_| PointFileError::Number { point, text: shortened(word) };
-                *number = word.parse::<f32>().map_err(error)?;
+                *number = single(point, word.parse::<f64>().map_err(error)?)?;
             }
             records.push(record);
         }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use geometry::{MapView, MapViews, OrientedPoints, VoxelKey, pcd, ply};
+use geometry::{MapView, MapViews, OrientedPoints, PointFileError, VoxelKey, pcd, ply};
 use node_shell::write_whole_file;
 use reconstruction::octomap;
 
@@ -15,6 +15,10 @@ const MOST_VOXELS: usize = 100_000_000;
 const MOST_VOXELS_PER_BYTE: usize = 1000;
 /// However small the file is, it may have this many.
 const FEW_VOXELS: usize = 1_000_000;
+
+/// What to do with points far from the origin, as those on a projection of the earth.
+pub(crate) const SHIFT: &str = "shift the points to near the origin first, as CloudCompare does when it opens them (Global shift), and save that; \
+     `stillmap export --origin X Y Z` adds the shift again";
 
 /// A map as it is saved.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -35,19 +39,23 @@ impl MapFile {
     pub fn read(path: &Path) -> Result<Self, Failure> {
         let wrong =
             |reason: &dyn std::fmt::Display| Failure::new(format!("{}: {reason}", path.display()));
+        let of_points = |error: PointFileError| match error {
+            PointFileError::TooFar { .. } => wrong(&error).fix(SHIFT),
+            _ => wrong(&error),
+        };
         let bytes = || std::fs::read(path).map_err(|error| wrong(&error));
         let extension = path.extension().and_then(|extension| extension.to_str());
         match extension.map(str::to_ascii_lowercase).as_deref() {
             Some("ply") => {
                 let bytes = bytes()?;
-                let points = ply::decode_with_normals(&bytes).map_err(|error| wrong(&error))?;
+                let points = ply::decode_with_normals(&bytes).map_err(of_points)?;
                 let views = ply::views_of(&bytes).map_err(|error| wrong(&error))?;
                 // No more than a map has, whatever the file says.
                 let views: MapViews = views.into_iter().collect();
                 Ok(Self { points, views: views.as_slice().to_vec(), edge_m: None })
             }
             Some("pcd") => {
-                let points = pcd::decode_with_normals(&bytes()?).map_err(|error| wrong(&error))?;
+                let points = pcd::decode_with_normals(&bytes()?).map_err(of_points)?;
                 Ok(Self { points, ..Self::default() })
             }
             Some("bt") => {
@@ -97,6 +105,19 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Regression: a map in coordinates of the earth got steps of half a metre.
+    #[test]
+    fn points_far_from_the_origin_are_refused_with_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("utm.pcd");
+        let file = "# .PCD v0.7\nFIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nPOINTS 1\nDATA ascii\n458000.3 5428000.7 112\n";
+        std::fs::write(&path, file).unwrap();
+        let refused = MapFile::read(&path).unwrap_err().to_string();
+        for part in ["point 0", "458000.3", "13 mm", "--origin"] {
+            assert!(refused.contains(part), "{part}: {refused}");
+        }
+    }
 
     /// 130 bytes stood for 10^8 voxels, which took 2.4 GB.
     #[test]

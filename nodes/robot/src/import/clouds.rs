@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use geometry::{Cloud, Stamp, pcd, ply};
+use geometry::{Cloud, PointFileError, Stamp, pcd, ply};
 use msgs::convert::message_from_cloud;
 
 use super::print_summary;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::map_file::SHIFT;
 use crate::progress::Progress;
 
 /// The stamp of the first cloud: a constant, so that the same files always give the same bag.
@@ -91,7 +92,11 @@ fn points(path: &Path) -> Result<Vec<nalgebra::Point3<f32>>, Failure> {
     let points_m =
         if bytes.starts_with(b"ply") { ply::decode(&bytes) } else { pcd::decode(&bytes) };
     points_m.map_err(|error| {
-        Failure::new(error.to_string()).within(path.display()).fix("give PLY or PCD files")
+        let failure = Failure::new(error.to_string()).within(path.display());
+        match error {
+            PointFileError::TooFar { .. } => failure.fix(SHIFT),
+            _ => failure.fix("give PLY or PCD files"),
+        }
     })
 }
 
