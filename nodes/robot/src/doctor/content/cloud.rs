@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use estimation::quantile::upper_median;
+use msgs::convert::{PointTimes, lidar_cloud_from_message};
 use msgs::sensor_msgs::{PointCloud2, PointField};
 
 use super::{Check, Finding, Subject, Typical};
@@ -16,9 +17,6 @@ const SECTORS: u32 = 12;
 const MOST_SECTORS: u32 = 10;
 /// Names of the field with the laser of each point; only 3D scanners have one.
 const RING_FIELDS: [&str; 5] = ["ring", "line", "channel", "laser_id", "row"];
-/// Names of the field with the time of each point.
-const TIME_FIELDS: [&str; 7] =
-    ["time", "t", "timestamp", "time_stamp", "timestamps", "offset_time", "stamps"];
 /// Parts of the names that 3D scanners have as topics and frames.
 const SCANNER_NAMES: [&str; 8] =
     ["velodyne", "lidar", "ouster", "os_sensor", "hesai", "pandar", "rslidar", "livox"];
@@ -42,9 +40,11 @@ pub(in crate::doctor) struct CloudFacts {
     sectors: u32,
     /// Whether a frame or a field is a 3D scanner's.
     is_scanner: bool,
-    /// The field with the times of points, and how long the points of a cloud take by it.
-    time_field: Option<String>,
+    /// The field with the times of points, as the nodes read it, and how long the points of a cloud take by it.
+    time_field: Option<&'static str>,
     turn_s: Typical,
+    /// The same in the field's own unit, of the first cloud whose times are in no unit those of a turn.
+    no_turn: Option<f64>,
 }
 
 /// Reads one field of a point.
@@ -88,14 +88,6 @@ impl FieldReader {
         let bytes = *point.get(self.offset..)?.first_chunk::<N>()?;
         Some(if self.is_bigendian { big(bytes) } else { little(bytes) })
     }
-
-    /// The times of drivers in whole numbers are nanoseconds (Ouster, Livox), the others seconds.
-    fn unit_s(&self) -> f64 {
-        match self.datatype {
-            PointField::FLOAT32 | PointField::FLOAT64 => 1.0,
-            _ => 1e-9,
-        }
-    }
 }
 
 impl CloudFacts {
@@ -112,17 +104,11 @@ impl CloudFacts {
         else {
             return;
         };
-        let time = field(&TIME_FIELDS);
-        if let Some(time) = time {
-            self.time_field.get_or_insert_with(|| time.name.clone());
-        }
-        let time = time.map(|time| FieldReader::of(cloud, time));
         let point_bytes = (cloud.point_step as usize).max(1);
         // Rows may be padded; a few wrong samples do not change the median.
         let points = cloud.data.chunks_exact(point_bytes);
         let step = (points.len() / SAMPLES).max(1) | 1;
         let mut distances_m = Vec::new();
-        let mut times: Option<(f64, f64)> = None;
         for point in points.step_by(step) {
             self.samples += 1;
             let (Some(x_m), Some(y_m), Some(z_m)) = (x.read(point), y.read(point), z.read(point))
@@ -138,16 +124,37 @@ impl CloudFacts {
             distances_m.push(distance_m);
             let bearing = y_m.atan2(x_m).rem_euclid(TAU) / TAU;
             self.sectors |= 1 << ((bearing * f64::from(SECTORS)) as u32).min(SECTORS - 1);
-            if let Some(at) = time.as_ref().and_then(|time| time.read(point)) {
-                let (first, last) = times.unwrap_or((at, at));
-                times = Some((first.min(at), last.max(at)));
-            }
         }
         if let Some(distance_m) = upper_median(&mut distances_m) {
             self.distance_m.add(distance_m);
         }
-        if let (Some((first, last)), Some(time)) = (times, time) {
-            self.turn_s.add((last - first) * time.unit_s());
+        self.take_times(cloud);
+    }
+
+    /// How the nodes understand the times of the points.
+    fn take_times(&mut self, cloud: &PointCloud2) {
+        // What cannot be read is reported of the message.
+        let Ok(reading) = lidar_cloud_from_message(cloud, None) else { return };
+        match reading.times {
+            PointTimes::NoField => {}
+            PointTimes::AllTheSame { field } => {
+                self.time_field = Some(field);
+                self.turn_s.add(0.0);
+            }
+            PointTimes::NoRevolution { field, span } => {
+                self.time_field = Some(field);
+                self.no_turn.get_or_insert(span);
+            }
+            PointTimes::Known { field, .. } => {
+                self.time_field = Some(field);
+                let times_s = reading.cloud.times_s.unwrap_or_default().into_iter();
+                let times_s = times_s.filter(|time_s| time_s.is_finite());
+                let ends = times_s
+                    .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), time_s| {
+                        (low.min(time_s), high.max(time_s))
+                    });
+                self.turn_s.add(f64::from(ends.1 - ends.0));
+            }
         }
     }
 
@@ -191,29 +198,35 @@ impl CloudFacts {
         const FIX: &str = "let the driver publish the time of each point (velodyne_driver: XYZIRT; ouster: t; \
                             hesai, robosense: timestamp), or record its packets";
         let topic = subject.topic;
-        let Some(name) = &self.time_field else {
+        let Some(name) = self.time_field else {
             let what = format!(
                 "{topic}: the clouds of a scanner that turns have no time for each point (fields: {})",
                 self.fields.join(", ")
             );
             return Some(Finding::warn(Check::PointTimes, what, FIX));
         };
-        let (turn_s, period_s) = (self.turn_s.median()?, subject.period_s?);
+        const UNITS: &str = "the times of the points of a turn, in seconds or a thousandth, millionth or billionth of them, as drivers have \
+                              them: see what the driver publishes";
+        let Some(turn_s) = self.turn_s.median() else {
+            let span = self.no_turn?;
+            let what = format!(
+                "{topic}: by the field {name} the points of a cloud take {span:.3e}, in no unit the time of a turn: the motion within a \
+                 turn is not corrected"
+            );
+            return Some(subject.grave(Check::Units, what, UNITS));
+        };
         if turn_s == 0.0 {
             let what = format!("{topic}: the field {name} is the same for all points of a cloud");
             return Some(Finding::warn(Check::PointTimes, what, FIX));
         }
+        let period_s = subject.period_s?;
         if (LEAST_PERIODS * period_s..=MOST_PERIODS * period_s).contains(&turn_s) {
             return None;
         }
-        Some(subject.grave(
-            Check::Units,
-            format!(
-                "{topic}: by the field {name} the points of a cloud take {turn_s:.3e} s, and clouds come every \
-                 {period_s:.3} s"
-            ),
-            "times of points are seconds in floating point, or nanoseconds in whole numbers: convert them in the driver",
-        ))
+        let what = format!(
+            "{topic}: by the field {name} the points of a cloud take {turn_s:.3e} s, and clouds come every {period_s:.3} s"
+        );
+        Some(subject.grave(Check::Units, what, UNITS))
     }
 }
 

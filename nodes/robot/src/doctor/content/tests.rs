@@ -148,6 +148,48 @@ fn a_chain_of_any_length_ends() {
     assert!(!transforms(&edges).findings(&[("/scan", "f40")]).is_empty());
 }
 
+/// A cloud of a scanner that turns, with times of these values from the first to the last point.
+fn turn(times: (f64, f64)) -> PointCloud2 {
+    const POINTS: u32 = 100;
+    let field = |(name, offset): (&str, u32)| PointField {
+        name: name.to_owned(),
+        offset,
+        datatype: PointField::FLOAT64,
+        count: 1,
+    };
+    let mut data = Vec::new();
+    for index in 0..POINTS {
+        let share = f64::from(index) / f64::from(POINTS - 1);
+        let bearing = share * std::f64::consts::TAU;
+        let time = times.0 + share * (times.1 - times.0);
+        for value in [5.0 * bearing.cos(), 5.0 * bearing.sin(), 0.5, 1.0, time] {
+            data.extend(value.to_le_bytes());
+        }
+    }
+    let fields = [("x", 0), ("y", 8), ("z", 16), ("line", 24), ("timestamp", 32)];
+    PointCloud2 {
+        header: header(),
+        height: 1,
+        width: POINTS,
+        fields: fields.into_iter().map(field).collect(),
+        point_step: 40,
+        row_step: 40 * POINTS,
+        data,
+        ..PointCloud2::default()
+    }
+}
+
+/// Regression: times of Livox' driver, nanoseconds in floating point, were called wrong, though the node reads them.
+#[test]
+fn times_that_the_node_understands_are_no_finding() {
+    for unit in [1.0, 1e3, 1e6, 1e9] {
+        let first = 1.7e9 * unit;
+        assert_eq!(findings_of(&[turn((first, first + 0.0999 * unit))]), [], "{unit}");
+    }
+    only(&findings_of(&[turn((0.0, 1e-4))]), Check::Units, Severity::Error);
+    only(&findings_of(&[turn((7.0, 7.0))]), Check::PointTimes, Severity::Warn);
+}
+
 proptest! {
     #[test]
     fn no_cloud_causes_a_panic(
