@@ -38,15 +38,23 @@ impl Bag {
     /// # Errors
     /// When there is no bag at `path`, or one with another storage, which the message names.
     pub fn open(path: &Path) -> Result<Self, BagError> {
+        Self::open_while(path, &|| true)
+    }
+
+    /// Opens a bag. Unpacking or converting it, which may take minutes, ends when `goes_on` returns false.
+    ///
+    /// # Errors
+    /// As [`Self::open`], and [`BagError::Interrupted`].
+    pub fn open_while(path: &Path, goes_on: &dyn Fn() -> bool) -> Result<Self, BagError> {
         let refused = |source| BagError::Open { path: path.to_owned(), source };
         let kind = std::fs::metadata(path).map_err(refused)?;
         if kind.is_dir() {
-            Self::open_directory(path)
+            Self::open_directory(path, goes_on)
         } else if path.file_name().is_some_and(|name| name == METADATA_FILE) {
             let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-            Self::open_directory(directory.unwrap_or(Path::new(".")))
+            Self::open_directory(directory.unwrap_or(Path::new(".")), goes_on)
         } else {
-            let index = FileIndex::open(path)?;
+            let index = FileIndex::open(path, goes_on)?;
             Ok(Self::new(path, vec![index], Vec::new(), Vec::new()))
         }
     }
@@ -69,9 +77,9 @@ impl Bag {
         }
     }
 
-    fn open_directory(directory: &Path) -> Result<Self, BagError> {
+    fn open_directory(directory: &Path, goes_on: &dyn Fn() -> bool) -> Result<Self, BagError> {
         if directory.join(METADATA_FILE).exists() {
-            return Self::open_listed(directory);
+            return Self::open_listed(directory, goes_on);
         }
         let refused = |source| BagError::Open { path: directory.to_owned(), source };
         let mut paths = Vec::new();
@@ -89,7 +97,7 @@ impl Bag {
             return Err(BagError::NoBagInDirectory { path: directory.to_owned() });
         }
         let files = files.into_iter().map(|path| (path, None)).collect();
-        let mut bag = Self::open_files(directory, files, Vec::new())?;
+        let mut bag = Self::open_files(directory, files, Vec::new(), goes_on)?;
         bag.remarks.push(format!(
             "no {METADATA_FILE}: the {count} .{extension} files in {} are read as one bag",
             directory.display()
@@ -100,11 +108,11 @@ impl Bag {
         Ok(bag)
     }
 
-    fn open_listed(directory: &Path) -> Result<Self, BagError> {
+    fn open_listed(directory: &Path, goes_on: &dyn Fn() -> bool) -> Result<Self, BagError> {
         let metadata = Metadata::read(directory)?;
         let files =
             metadata.files.into_iter().map(|file| (file.path, file.message_count)).collect();
-        Self::open_files(directory, files, metadata.topics)
+        Self::open_files(directory, files, metadata.topics, goes_on)
     }
 
     /// Opens the files of a bag; those that cannot be read are losses as long as one can.
@@ -112,17 +120,19 @@ impl Bag {
         directory: &Path,
         listed: Vec<(PathBuf, Option<u64>)>,
         topics: Vec<ListedTopic>,
+        goes_on: &dyn Fn() -> bool,
     ) -> Result<Self, BagError> {
         let count = listed.len();
         let mut files = Vec::new();
         let mut losses = Vec::new();
         for (path, messages) in listed {
             let kind = if path.exists() {
-                match FileIndex::open(&path) {
+                match FileIndex::open(&path, goes_on) {
                     Ok(index) => {
                         files.push(index);
                         continue;
                     }
+                    Err(error @ BagError::Interrupted { .. }) => return Err(error),
                     Err(error) => LossKind::UnreadableFile { reason: error.to_string() },
                 }
             } else {

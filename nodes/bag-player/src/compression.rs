@@ -28,9 +28,12 @@ const BLOCK_BYTES: usize = 128 << 10;
 
 /// Unpacks a file that was compressed as a whole. Of one that is cut or damaged the part before the damage is returned, with
 /// the loss.
-pub(crate) fn unpack(path: &Path) -> Result<(Temporary, Option<Loss>), BagError> {
+pub(crate) fn unpack(
+    path: &Path,
+    goes_on: &dyn Fn() -> bool,
+) -> Result<(Temporary, Option<Loss>), BagError> {
     let packed_bytes = std::fs::metadata(path).map_or(0, |metadata| metadata.len());
-    unpack_at_most(path, most_bytes_of_file(packed_bytes))
+    unpack_at_most(path, most_bytes_of_file(packed_bytes), goes_on)
 }
 
 /// The content that a compressed file of so many bytes may have.
@@ -38,7 +41,11 @@ fn most_bytes_of_file(packed_bytes: u64) -> u64 {
     packed_bytes.saturating_mul(MAX_FILE_RATIO).clamp(SMALL_FILE_BYTES, MAX_FILE_BYTES)
 }
 
-fn unpack_at_most(path: &Path, limit_bytes: u64) -> Result<(Temporary, Option<Loss>), BagError> {
+fn unpack_at_most(
+    path: &Path,
+    limit_bytes: u64,
+    goes_on: &dyn Fn() -> bool,
+) -> Result<(Temporary, Option<Loss>), BagError> {
     let refused = |source| BagError::Open { path: path.to_owned(), source };
     let damaged = |reason: String| BagError::Compressed { path: path.to_owned(), reason };
     let file = File::open(path).map_err(refused)?;
@@ -51,6 +58,9 @@ fn unpack_at_most(path: &Path, limit_bytes: u64) -> Result<(Temporary, Option<Lo
     let mut block = vec![0; BLOCK_BYTES];
     let mut unpacked_bytes = 0;
     loop {
+        if !goes_on() {
+            return Err(BagError::Interrupted { path: path.to_owned() });
+        }
         let length = match decoder.read(&mut block) {
             Ok(0) => return Ok((temporary, None)),
             Ok(length) => length,
@@ -108,10 +118,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bag.db3.zstd");
         std::fs::write(&path, zstd::encode_all(vec![7; 300_000].as_slice(), 1).unwrap()).unwrap();
-        let refused = unpack_at_most(&path, 299_999).unwrap_err().to_string();
+        let refused = unpack_at_most(&path, 299_999, &|| true).unwrap_err().to_string();
         assert!(refused.contains("unpacks to more than"), "{refused}");
-        let (whole, loss) = unpack_at_most(&path, 300_000).unwrap();
+        let (whole, loss) = unpack_at_most(&path, 300_000, &|| true).unwrap();
         assert_eq!((std::fs::read(whole.path()).unwrap(), loss), (vec![7; 300_000], None));
+        let interrupted = unpack_at_most(&path, 300_000, &|| false).unwrap_err();
+        assert!(matches!(interrupted, BagError::Interrupted { .. }), "{interrupted}");
         let place = whole.path().to_owned();
         drop(whole);
         assert!(!place.exists() && !place.parent().unwrap().exists());

@@ -61,6 +61,12 @@ pub enum BagError {
         /// The system's error.
         source: io::Error,
     },
+    /// It was interrupted while it was unpacked or converted.
+    #[error("{path} was being unpacked or converted when that was interrupted", path = path.display())]
+    Interrupted {
+        /// The file.
+        path: PathBuf,
+    },
     /// A bag of ROS 1 cannot be read.
     #[error(transparent)]
     Ros1(Box<Ros1Error>),

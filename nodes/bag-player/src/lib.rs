@@ -44,6 +44,7 @@ pub use ros1::{
     DefinitionError, LeftOut, Ros1Conversion, Ros1Error, TranscodeError, convert_ros1, is_ros1,
 };
 pub use schedule::{Decision, RateError, Schedule};
+pub use temporary::TemporaryFolder;
 pub use writer::{BagSummary, BagWriter, ChannelId};
 
 #[cfg(test)]

@@ -130,13 +130,19 @@ pub fn is_ros1(path: &Path) -> bool {
 }
 
 /// Converts a bag of ROS 1 to a temporary file; returns it with the losses.
-pub(crate) fn converted(path: &Path) -> Result<(Temporary, Vec<Loss>), BagError> {
+pub(crate) fn converted(
+    path: &Path,
+    goes_on: &dyn Fn() -> bool,
+) -> Result<(Temporary, Vec<Loss>), BagError> {
     let temporary = Temporary::place_for(path)?;
     let conversion =
-        convert_ros1(path, temporary.path(), || true).map_err(|error| match error {
+        convert_ros1(path, temporary.path(), goes_on).map_err(|error| match error {
             Ros1Error::Write(error) => error,
             error => BagError::Ros1(Box::new(error)),
         })?;
+    if !goes_on() {
+        return Err(BagError::Interrupted { path: path.to_owned() });
+    }
     let loss = |messages, kind| Loss {
         file: path.to_owned(),
         offset_bytes: 0,

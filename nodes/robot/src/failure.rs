@@ -13,12 +13,23 @@ const EXIT_INTERRUPTED: u8 = 130;
 pub struct Failure {
     what: String,
     fix: Option<String>,
+    is_interruption: bool,
 }
 
 impl Failure {
     /// A failure that says what was wrong.
     pub fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), fix: None }
+        Self { what: what.into(), fix: None, is_interruption: false }
+    }
+
+    /// A signal has ended the job before it had results.
+    pub(crate) fn interruption(what: impl Into<String>) -> Self {
+        Self { is_interruption: true, ..Self::new(what) }
+    }
+
+    /// Whether a signal has ended the job.
+    pub(crate) fn is_interruption(&self) -> bool {
+        self.is_interruption
     }
 
     /// Adds what to do about it.

@@ -20,7 +20,7 @@ use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::open_bag::open_bag;
+use crate::open_bag::open_bag_while;
 use crate::progress::Progress;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
@@ -75,7 +75,7 @@ struct Printed {
 pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     args.output.check()?;
     args.output.refuse_itself(&args.bag)?;
-    let bag = open_bag(&args.bag)?;
+    let bag = open_bag_while(&args.bag, interrupt)?;
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
     let (inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;

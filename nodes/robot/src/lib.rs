@@ -120,6 +120,13 @@ impl Command {
             Self::View(args) => view::run(&args, ros),
             Self::Node(args) => return Ok(node::run(args)),
         };
+        let outcome = outcome.or_else(|failure| {
+            if !failure.is_interruption() {
+                return Err(failure);
+            }
+            console::note(format_args!("interrupted: {failure}; nothing is written"));
+            Ok(Outcome::Interrupted)
+        });
         outcome.map(Outcome::exit_code)
     }
 }

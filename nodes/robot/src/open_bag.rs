@@ -6,6 +6,7 @@ use bag_player::{Bag, BagError};
 
 use crate::failure::Failure;
 use crate::import::{numbered_pictures, tum};
+use crate::interrupt::Interrupt;
 use crate::lidar::LidarSource;
 use crate::ros_words::quoted;
 
@@ -15,6 +16,17 @@ use crate::ros_words::quoted;
 /// When it cannot be opened; with the command that takes a recording of another kind.
 pub(crate) fn open_bag(path: &Path) -> Result<Bag, Failure> {
     Bag::open(path).map_err(|error| refused(path, &error))
+}
+
+/// Opens a bag, unless a signal comes while it is unpacked or converted.
+///
+/// # Errors
+/// As of [`open_bag`]; an interruption where a signal has come.
+pub(crate) fn open_bag_while(path: &Path, interrupt: &Interrupt) -> Result<Bag, Failure> {
+    Bag::open_while(path, &|| !interrupt.has_come()).map_err(|error| match error {
+        BagError::Interrupted { .. } => Failure::interruption(error.to_string()),
+        error => refused(path, &error),
+    })
 }
 
 /// Why a bag cannot be opened, with the command that takes a recording of another kind.
@@ -64,6 +76,18 @@ mod tests {
     use std::fs;
 
     use super::*;
+
+    /// Regression: Ctrl-C while a bag was unpacked or converted changed nothing until that was done, with exit code 1.
+    #[test]
+    fn a_signal_ends_the_unpacking_of_a_bag() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bag.db3.zst");
+        fs::write(&path, [0x28, 0xb5, 0x2f, 0xfd, 0, 0, 0, 0]).unwrap();
+        let interrupt = Interrupt::default();
+        assert!(!open_bag_while(&path, &interrupt).unwrap_err().is_interruption());
+        interrupt.trigger();
+        assert!(open_bag_while(&path, &interrupt).unwrap_err().is_interruption());
+    }
 
     #[test]
     fn a_recording_of_another_kind_names_what_takes_it() {

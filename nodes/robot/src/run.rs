@@ -24,7 +24,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use bag_player::{Bag, BagInfo};
+use bag_player::{Bag, BagInfo, TemporaryFolder};
 use clap::{Args, ValueEnum};
 use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
@@ -33,7 +33,6 @@ use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 use reconstruction::{GridError, MeshError, MeshForm};
 use report::{DynamicScore, RunRecord, Summary};
-use tempfile::TempDir;
 
 use self::chosen::Chosen;
 pub(crate) use self::chosen::choose_inputs;
@@ -54,7 +53,7 @@ use crate::import::bag::copy_to;
 use crate::import::{AddedScans, tum};
 use crate::interrupt::Interrupt;
 use crate::lidar::{self, LidarSource, RoadArgs};
-use crate::open_bag::open_bag;
+use crate::open_bag::open_bag_while;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
@@ -148,7 +147,7 @@ pub(crate) fn run(
         }
         let results = lidar::ROAD_RESULTS.map(|name| args.out.join(name));
         refuse_to_replace(results, args.how.overwrite, "--out")?;
-        if has_scanner(&args.bag)? {
+        if has_scanner(&args.bag, interrupt)? {
             console::note(
                 "the map is built from the 3D LiDAR alone, the 2D scanner is not used; `stillmap up --pose lidar` runs the nodes that remove \
                  moving objects with the LiDAR's pose",
@@ -195,15 +194,15 @@ fn run_sequence(
 }
 
 /// A folder of its own, which is gone afterwards.
-fn folder_for_bag() -> Result<TempDir, Failure> {
-    let folder = tempfile::Builder::new().prefix("stillmap-bag-").tempdir();
-    folder.map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))
+fn folder_for_bag() -> Result<TemporaryFolder, Failure> {
+    TemporaryFolder::new()
+        .map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))
 }
 
 /// A copy of a bag with scans, which is gone afterwards.
 struct ScannedBag {
     bag: PathBuf,
-    _folder: TempDir,
+    _folder: TemporaryFolder,
 }
 
 impl ScannedBag {
@@ -221,11 +220,11 @@ impl ScannedBag {
 }
 
 /// Whether a recording is a bag with a 2D scanner.
-fn has_scanner(path: &Path) -> Result<bool, Failure> {
+fn has_scanner(path: &Path, interrupt: &Interrupt) -> Result<bool, Failure> {
     if LidarSource::is_no_bag(path) {
         return Ok(false);
     }
-    let bag = open_bag(path)?;
+    let bag = open_bag_while(path, interrupt)?;
     let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
     let is_one = |topic: &bag_player::TopicInfo| {
         topic.type_name == LaserScan::TYPE_NAME
@@ -253,7 +252,7 @@ pub fn run_bag(
 ) -> Result<Outcome, Failure> {
     refuse_results(out, how.overwrite)?;
     how.drawings.refuse(how.overwrite)?;
-    let chosen = Chosen::of(bag_path, topics, &how.parameters, how.no_colour)?;
+    let chosen = Chosen::of(bag_path, topics, (&how.parameters, how.no_colour), interrupt)?;
     let Chosen { bag, info, added_scans, inputs, parameters, notes } = chosen;
     notes.into_iter().for_each(console::note);
     if !(how.rate.is_finite() && how.rate > 0.0) {

@@ -14,10 +14,10 @@ use crate::temporary::Temporary;
 
 impl FileIndex {
     /// Opens a file and indexes it.
-    pub(crate) fn open(path: &Path) -> Result<Self, BagError> {
+    pub(crate) fn open(path: &Path, goes_on: &dyn Fn() -> bool) -> Result<Self, BagError> {
         match kind_of(path, path)? {
             FileKind::Zstd => {
-                let (temporary, loss) = compression::unpack(path)?;
+                let (temporary, loss) = compression::unpack(path, goes_on)?;
                 let index = match kind_of(path, temporary.path())? {
                     FileKind::Zstd => {
                         let start = compression::ZSTD_MAGIC.to_vec();
@@ -28,19 +28,23 @@ impl FileIndex {
                         let found = ForeignFile::Compressed(Box::new(found));
                         return Err(BagError::NotABag { path: path.to_owned(), found });
                     }
-                    kind => Self::of_kind(&kind, path, temporary.path())?,
+                    kind => Self::of_kind(&kind, (path, temporary.path()), goes_on)?,
                 };
                 let mut index = Self { is_packed: true, ..index };
                 index.losses.extend(loss);
                 Ok(index.read_from(path, temporary))
             }
             FileKind::Foreign(found) => Err(BagError::NotABag { path: path.to_owned(), found }),
-            kind => Self::of_kind(&kind, path, path),
+            kind => Self::of_kind(&kind, (path, path), goes_on),
         }
     }
 
     /// Opens the content of the file `named`, which may be in the temporary file `opened`.
-    fn of_kind(kind: &FileKind, named: &Path, opened: &Path) -> Result<Self, BagError> {
+    fn of_kind(
+        kind: &FileKind,
+        (named, opened): (&Path, &Path),
+        goes_on: &dyn Fn() -> bool,
+    ) -> Result<Self, BagError> {
         match kind {
             FileKind::Sqlite3 => match sqlite::without_cut_page(Paths { named, opened })? {
                 Some(whole) => {
@@ -49,7 +53,7 @@ impl FileIndex {
                 }
                 None => Self::of_database(Paths { named, opened }),
             },
-            FileKind::Ros1 => Self::of_ros1(named, opened),
+            FileKind::Ros1 => Self::of_ros1(named, opened, goes_on),
             _ => Self::of_mcap(opened),
         }
     }
@@ -68,8 +72,8 @@ impl FileIndex {
         })
     }
 
-    fn of_ros1(named: &Path, opened: &Path) -> Result<Self, BagError> {
-        let (temporary, losses) = ros1::converted(opened)?;
+    fn of_ros1(named: &Path, opened: &Path, goes_on: &dyn Fn() -> bool) -> Result<Self, BagError> {
+        let (temporary, losses) = ros1::converted(opened, goes_on)?;
         let mut index = Self::of_mcap(temporary.path())?;
         index.losses.extend(losses);
         index.storage = Storage::Ros1;

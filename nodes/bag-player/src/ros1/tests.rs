@@ -248,6 +248,22 @@ fn a_bag_of_ros_1_is_read_as_one_of_ros_2_by_its_content() {
 }
 
 #[test]
+fn a_conversion_ends_when_it_is_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scans.bag");
+    let scans = Recorded {
+        topic: "/scan",
+        type_name: "sensor_msgs/LaserScan",
+        definition: &scan_definition(),
+        messages: vec![scan_message(1)],
+    };
+    std::fs::write(&path, bag(&[scans])).unwrap();
+    assert!(crate::Bag::open_while(&path, &|| true).is_ok());
+    let ended = crate::Bag::open_while(&path, &|| false).unwrap_err();
+    assert!(matches!(ended, crate::BagError::Interrupted { .. }), "{ended}");
+}
+
+#[test]
 fn an_unknown_type_is_converted_with_its_definition() {
     let definition = "byte level\ntime[2] at\nstring[] names\nint64 BIG=7\nfloat64 value\nstd_msgs/Empty[] none\n";
     let definition = with(definition, &["std_msgs/Empty\n"]);

@@ -13,7 +13,7 @@ use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
-use crate::open_bag::open_bag;
+use crate::open_bag::open_bag_while;
 
 /// Arguments of `stillmap import bag`.
 #[derive(Args, Debug)]
@@ -71,7 +71,7 @@ fn from_ros1(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<S
 /// Copies the messages unchanged, with the scans that are requested.
 fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String>), Failure> {
     let failed = |error: BagError| Failure::new(error.to_string());
-    let bag = open_bag(&args.bag)?;
+    let bag = open_bag_while(&args.bag, interrupt)?;
     let info = bag.info().map_err(failed)?;
     let added = AddedScans::new(&args.scan, &info)?;
     let (summary, messages) = copy_to(args.output.path(), (&bag, &info), added, interrupt)?;

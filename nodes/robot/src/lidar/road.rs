@@ -103,7 +103,7 @@ pub fn run(
     road.map().validate().map_err(|error| {
         Failure::new(error.to_string()).fix("see --road-voxel and --road-memory")
     })?;
-    let source = LidarSource::open(path, lidar)?;
+    let source = LidarSource::open_while(path, lidar, interrupt)?;
     std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
     let mut drive = Drive::new(&parameters, road, out)?;
     let progress = Progress::new("mapping", source.steps());

@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use bag_player::Bag;
+use bag_player::{Bag, BagError};
 use clap::Args;
 use lidar_odometry::capture::CaptureReader;
 use lidar_odometry::packets::{Calibration, DATA_PORT, DecodeError, DecoderConfig};
@@ -76,6 +76,15 @@ const CAPTURE_MAGICS: [[u8; 4]; 5] = [
 impl LidarSource {
     /// Opens the recording at a path, of whatever kind it is.
     pub fn open(path: &Path, args: &LidarArgs) -> Result<Self, Failure> {
+        Self::open_while(path, args, &Interrupt::default())
+    }
+
+    /// The same, unless a signal comes while a bag is unpacked or converted.
+    pub(crate) fn open_while(
+        path: &Path,
+        args: &LidarArgs,
+        interrupt: &Interrupt,
+    ) -> Result<Self, Failure> {
         let decoder = decoder(args)?;
         if is_capture(path) {
             return Ok(Self::Capture(path.to_owned(), Box::new(decoder)));
@@ -83,10 +92,11 @@ impl LidarSource {
         if Sequence::is_one(path) {
             return Ok(Self::Sequence(Box::new(Sequence::open(path, None, None)?)));
         }
-        let bag = Bag::open(path).map_err(|error| {
-            Failure::new(error.to_string()).fix(
+        let bag = Bag::open_while(path, &|| !interrupt.has_come()).map_err(|error| match error {
+            BagError::Interrupted { .. } => Failure::interruption(error.to_string()),
+            error => Failure::new(error.to_string()).fix(
                 "a LiDAR is read from a bag, a capture (pcap, pcapng), or a folder of KITTI's scans",
-            )
+            ),
         })?;
         let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
         Ok(Self::Bag(Box::new(BagSource::choose(bag, &info, args, decoder)?)))

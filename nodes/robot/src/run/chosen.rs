@@ -15,7 +15,8 @@ use super::tf_frames;
 use super::view_topics::depth_image;
 use crate::failure::Failure;
 use crate::import::AddedScans;
-use crate::open_bag::open_bag;
+use crate::interrupt::Interrupt;
+use crate::open_bag::open_bag_while;
 
 /// A bag with what is chosen for a run over it.
 pub(super) struct Chosen {
@@ -38,10 +39,10 @@ impl Chosen {
     pub(super) fn of(
         path: &Path,
         topics: &TopicArgs,
-        parameters: &ParameterArgs,
-        wants_no_colour: bool,
+        (parameters, wants_no_colour): (&ParameterArgs, bool),
+        interrupt: &Interrupt,
     ) -> Result<Self, Failure> {
-        let bag = open_bag(path)?;
+        let bag = open_bag_while(path, interrupt)?;
         let mut info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
         let added_scans = AddedScans::where_needed(topics, (&bag, &info))?;
         let mut notes = Vec::new();

@@ -19,6 +19,7 @@ use super::inputs::TopicArgs;
 use super::local::Passage;
 use super::parameters::ParameterArgs;
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::map_file::MapFile;
 
 /// What a cycle has found.
@@ -75,7 +76,7 @@ impl CycleRun {
             return Err(Failure::new("a road map of a LiDAR alone has no cycles")
                 .fix("`stillmap run --pose lidar` makes it"));
         }
-        let chosen = Chosen::of(bag, topics, parameters, wants_no_colour)?;
+        let chosen = Chosen::of(bag, topics, (parameters, wants_no_colour), &Interrupt::default())?;
         let Chosen { bag, added_scans, inputs, parameters, notes, .. } = chosen;
         let passage = Passage::begin(&bag, (inputs, added_scans), &parameters)?;
         let of_node = |error: NodeFailure| Failure::new(error.to_string());
