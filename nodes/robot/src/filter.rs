@@ -2,6 +2,7 @@
 
 mod queue;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -25,7 +26,7 @@ use crate::progress::Progress;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
 use crate::run::pipeline::Pipeline;
-use crate::run::{choose_inputs, local};
+use crate::run::{are_many, choose_inputs, local};
 
 /// Beyond detection's wait, in which a scan becomes a cycle or is dropped.
 const SPARE_WAIT_S: f64 = 0.5;
@@ -142,7 +143,8 @@ struct Job<'a> {
     points: Subscription<PointCloud2>,
     queue: Queue,
     copy: BagCopy,
-    unfiltered: Vec<String>,
+    /// Messages of a topic that cannot be used, and why the first cannot.
+    unusable: BTreeMap<String, (u64, String)>,
 }
 
 struct Finished {
@@ -169,7 +171,7 @@ impl<'a> Job<'a> {
             pipeline,
             queue: Queue::default(),
             copy: BagCopy::begin(args.output.path(), info).map_err(failed)?,
-            unfiltered: Vec::new(),
+            unusable: BTreeMap::new(),
         };
         // The nodes see that the filtered topics are wanted.
         job.pipeline.flow();
@@ -208,8 +210,9 @@ impl<'a> Job<'a> {
             Ok(outgoing) => self.queue.push(message, outgoing),
             Err(error) => {
                 let topic = message.topic.to_string();
-                self.pipeline.dropped(&topic, &error.to_string());
-                self.unfiltered.push(format!("{topic}: a message is kept as it is: {error}"));
+                self.pipeline.unusable_message(&topic, error.reason());
+                let (count, _first) = self.unusable.entry(topic).or_insert((0, error.reason()));
+                *count += 1;
                 self.queue.push(message, None);
             }
         }
@@ -242,8 +245,14 @@ impl<'a> Job<'a> {
     fn finish(mut self, bag: &std::path::Path) -> Result<Finished, Failure> {
         self.pipeline.end_of_input();
         self.collect()?;
+        let mut unfiltered: Vec<String> = Vec::new();
+        for (topic, (messages, first)) in &self.unusable {
+            unfiltered.push(format!(
+                "{topic}: {messages} messages cannot be used and are kept as they are; the first: {first}"
+            ));
+        }
         for (topic, messages) in self.queue.give_up() {
-            self.unfiltered.push(format!("{topic}: {messages} messages are kept as they are"));
+            unfiltered.push(format!("{topic}: {messages} messages are kept as they are"));
         }
         self.write()?;
         let (scans, views) = self.queue.replaced();
@@ -263,7 +272,7 @@ impl<'a> Job<'a> {
             views,
             not_filtered: Vec::new(),
         };
-        Ok(Finished { printed, unfiltered: self.unfiltered })
+        Ok(Finished { printed, unfiltered })
     }
 }
 
@@ -275,8 +284,7 @@ fn encoded(error: cdr::CdrError) -> Failure {
 fn left_in(printed: &Printed, inputs: &Inputs) -> Vec<String> {
     let mut left_in = Vec::new();
     let (cycles, without) = (printed.cycles, printed.scans_without_cycle);
-    // At the start and the end of a recording a few scans always lack their cloud or pose.
-    if without > cycles as u64 {
+    if are_many(without, cycles) {
         left_in.push(format!(
             "{without} scans became no cycle, {cycles} did: what moves at other times is still in the bag; `stillmap doctor BAG` says what is \
              missing"

@@ -38,7 +38,7 @@ use self::chosen::Chosen;
 pub(crate) use self::chosen::choose_inputs;
 use self::drawings::{DrawingArgs, Drawings};
 use self::findings::InputLosses;
-pub(crate) use self::findings::no_cycle;
+pub(crate) use self::findings::{SOUND_SHARE, are_many, no_cycle};
 use self::inputs::{Inputs, TopicArgs};
 use self::local::LocalRun;
 use self::output::OutputFolder;

@@ -43,6 +43,16 @@ pub(crate) enum FeedError {
     Publish(#[from] PublishError),
 }
 
+impl FeedError {
+    /// Why, without the topic and the time of the message: the same for all that are damaged in the same way.
+    pub(crate) fn reason(&self) -> String {
+        match self {
+            Self::Bag(BagError::Decode { source, .. }) => source.to_string(),
+            other => other.to_string(),
+        }
+    }
+}
+
 impl VisualOdometry {
     /// The pose node on `node`; `beside` publishes its input and subscribes to its output. Both have the topics' names of [`VisualTopics::by_node_name`].
     pub(crate) fn new(

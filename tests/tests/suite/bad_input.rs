@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::process::Output;
 
-use msgs::sensor_msgs::Image;
+use geometry::Stamp;
+use msgs::sensor_msgs::{Image, PointCloud2};
 
 use crate::bags::{bag_of, pose, scan, small_room, ten_stamps, wall};
 use crate::program::{stillmap, stillmap_with_domain, summary};
@@ -185,6 +186,31 @@ fn scans_without_a_return_still_map_what_the_camera_sees() {
     assert_eq!(summary["cycles"]["total"], 10);
     assert_eq!(summary["cycles"]["detections"], 0);
     assert!(summary["map"]["points"].as_u64().unwrap() > 5);
+}
+
+/// Regression: a run said nothing of clouds that it could not use nor of a third of the scans that it dropped, and ended with 0; each
+/// cloud was an entry of the summary, since the reason had its time.
+#[test]
+fn unusable_messages_and_dropped_scans_are_said_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let later = |stamp: Stamp| stamp.plus_seconds(1.0);
+    let stamps = || ten_stamps().chain(ten_stamps().map(later));
+    let bag = bag_of(folder.path(), "gaps.mcap", |topics| {
+        topics.messages("/scan", stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/points", stamps().take(12).map(|stamp| (stamp, wall(stamp, 100))));
+        topics.cut_off::<PointCloud2>("/points", stamps().skip(12));
+        topics.messages("/pose", stamps().map(|stamp| (stamp, pose(stamp))));
+    });
+    let out = folder.path().join("out");
+    let output = run(&bag, &out);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("/points: 8 messages cannot be used"), "{stderr}");
+    assert!(stderr.contains("scans were dropped, "), "{stderr}");
+    let summary = summary(&out);
+    let drops = summary["drops"].as_array().unwrap();
+    let of_points = drops.iter().filter(|drop| drop["topic_or_stage"] == "/points");
+    assert_eq!(of_points.map(|drop| &drop["count"]).collect::<Vec<_>>(), [8], "{drops:?}");
 }
 
 #[test]

@@ -8,7 +8,13 @@ use reconstruction::BoundReached;
 use report::RunRecord;
 
 use super::inputs::{Inputs, ViewTopics};
+use super::recorder::UNUSABLE;
 use crate::failure::Failure;
+
+/// The share of scans that have an image and a pose in a sound recording: the first and the last may not.
+pub(crate) const SOUND_SHARE: f64 = 0.9;
+/// So many may be those of the start and the end, also of a short recording: of half a second, at 10 Hz.
+const AT_THE_ENDS: u64 = 5;
 
 /// Input that a run lost or could not use, beside its record.
 pub(crate) struct InputLosses {
@@ -37,6 +43,11 @@ impl fmt::Display for LostMessages {
     }
 }
 
+/// Whether more scans became no cycle than in a sound recording.
+pub(crate) fn are_many(dropped: u64, cycles: usize) -> bool {
+    dropped > AT_THE_ENDS && dropped as f64 > (1.0 - SOUND_SHARE) * (dropped + cycles as u64) as f64
+}
+
 /// What the user should know of a run, each with its fix; empty if there is nothing.
 pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs) -> Vec<Failure> {
     let mut findings = Vec::new();
@@ -60,13 +71,21 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
     let cycles = record.cycles.len();
     let by_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
     let dropped: u64 = by_detection.map(|drop| drop.count).sum();
-    // At the start and the end of a recording a few scans always lack their cloud or pose.
-    if dropped > cycles as u64 {
+    if are_many(dropped, cycles) {
         findings.push(
             Failure::new(format!("{dropped} scans were dropped, {cycles} became cycles"))
-                .fix("summary.json and report.html list the reasons under drops"),
+                .fix("summary.json and report.html list the reasons under drops; `stillmap doctor BAG` compares topics and stamps"),
         );
     }
+    let unusable = record.drops.iter().filter(|drop| drop.reason.starts_with(UNUSABLE));
+    findings.extend(unusable.map(|drop| {
+        let (topic, count) = (&drop.topic_or_stage, drop.count);
+        let reason = drop.reason.trim_start_matches(UNUSABLE);
+        let reason = reason.trim_start_matches([';', ':', ' ']);
+        let why = if reason.is_empty() { String::new() } else { format!(" ({reason})") };
+        Failure::new(format!("{topic}: {count} messages cannot be used{why}"))
+            .fix("`stillmap doctor BAG` says more of them")
+    }));
     if losses.blind_scans > 0 {
         findings.push(
             Failure::new(format!(
@@ -113,4 +132,24 @@ pub(crate) fn no_cycle(record: &RunRecord) -> Option<Failure> {
         return Some(failure.fix(lines.join("\n  ")));
     }
     None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Up to half of a recording could be missing from the map without a word.
+    #[test]
+    fn more_than_a_tenth_without_a_cycle_are_many() {
+        for (dropped, cycles, are) in [
+            (0, 0, false),
+            (5, 3, false),
+            (6, 3, true),
+            (20, 36, true),
+            (10, 100, false),
+            (12, 100, true),
+        ] {
+            assert_eq!(are_many(dropped, cycles), are, "{dropped} {cycles}");
+        }
+    }
 }

@@ -75,17 +75,17 @@ impl Passage {
                 for added in before {
                     match publish(&added, &self.inputs, pipeline.sensors()) {
                         Ok(()) => pipeline.flow(),
-                        Err(error) => pipeline.dropped(&added.topic, &error.to_string()),
+                        Err(error) => pipeline.unusable_message(&added.topic, error.reason()),
                     }
                 }
             }
-            Some(Err(failure)) => pipeline.dropped(&self.inputs.scan, &failure.to_string()),
+            Some(Err(failure)) => pipeline.unusable_message(&self.inputs.scan, failure.to_string()),
             None => {}
         }
         let fed = pipeline.visual().map_or(Ok(()), |visual| visual.feed(&message));
         match fed.and_then(|()| publish(&message, &self.inputs, pipeline.sensors())) {
             Ok(()) => pipeline.flow(),
-            Err(error) => pipeline.dropped(&message.topic, &error.to_string()),
+            Err(error) => pipeline.unusable_message(&message.topic, error.reason()),
         }
         Ok(true)
     }

@@ -98,9 +98,9 @@ impl Pipeline {
         &self.sensors
     }
 
-    /// Notes that something was lost before it reached a node.
-    pub(crate) fn dropped(&mut self, topic: &str, reason: &str) {
-        self.recorder.dropped(topic, reason, 1);
+    /// Notes that a message of the bag cannot be passed on.
+    pub(crate) fn unusable_message(&mut self, topic: &str, reason: String) {
+        self.recorder.unusable_message(topic, reason);
     }
 
     /// Lets each stage in turn process all messages that wait for it.

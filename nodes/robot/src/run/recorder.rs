@@ -42,6 +42,9 @@ impl Stage {
     }
 }
 
+/// How the reason of drops of messages that cannot be used begins.
+pub(super) const UNUSABLE: &str = "unusable message";
+
 /// The name and the duration of each step, in the order of the steps.
 type StepDurations = Vec<(String, f64)>;
 
@@ -69,6 +72,8 @@ pub(crate) struct Recorder {
     views: Views,
     trajectory: Trajectory,
     drops: BTreeMap<(String, String), u64>,
+    /// Messages of a topic that did not come to a node, and why the first did not.
+    unusable: BTreeMap<String, (u64, String)>,
     blind_scans: usize,
     map: ReconstructionConfig,
     kept_out: KeptOut,
@@ -92,6 +97,7 @@ impl Recorder {
             views: Views::default(),
             trajectory: Trajectory::default(),
             drops: BTreeMap::new(),
+            unusable: BTreeMap::new(),
             blind_scans: 0,
             map: map.clone(),
             kept_out: KeptOut::default(),
@@ -202,15 +208,21 @@ impl Recorder {
         }
     }
 
+    /// A message of the bag that cannot be passed on. They are counted by topic, however many reasons there are.
+    pub(crate) fn unusable_message(&mut self, topic: &str, reason: String) {
+        let (count, _first) = self.unusable.entry(topic.to_owned()).or_insert((0, reason));
+        *count += 1;
+    }
+
     /// The messages that detection counted as unusable, by their cause. Other causes come with the report of a dropped
     /// scan.
     pub(crate) fn unusable(&mut self, cause: &str, count: u64) {
         if let Some(cause) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
             match cause.split_once(": ") {
                 Some((topic, reason)) => {
-                    self.dropped(topic, &format!("unusable message: {reason}"), count);
+                    self.dropped(topic, &format!("{UNUSABLE}: {reason}"), count);
                 }
-                None => self.dropped(cause, "unusable message", count),
+                None => self.dropped(cause, UNUSABLE, count),
             }
         } else if cause == IMAGE_WITHOUT_CALIBRATION {
             self.dropped(Stage::Detection.name(), cause, count);
@@ -246,6 +258,9 @@ impl Recorder {
                     self.dropped(stage.name(), "the cycle never came out of this stage", 1);
                 }
             }
+        }
+        for (topic, (count, first)) in std::mem::take(&mut self.unusable) {
+            self.dropped(&topic, &format!("{UNUSABLE}; the first: {first}"), count);
         }
         let drops = self
             .drops

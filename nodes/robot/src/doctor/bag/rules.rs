@@ -14,14 +14,13 @@ use crate::doctor::content::{Subject, stamps};
 use crate::doctor::finding::Finding;
 use crate::doctor::machine::ReceiveBuffer;
 use crate::doctor::sizes::kb;
+use crate::run::SOUND_SHARE;
 use crate::run::inputs::ViewTopics;
 
 /// Losses that are reported one by one; further ones are counted.
 const MOST_LOSSES: usize = 5;
 /// How many times longer than the usual time between two stamps a gap is.
 const GAP_PERIODS: f64 = 3.0;
-/// The share of scans that have an image and a pose in a sound bag: the first and the last may not.
-const SOUND_SHARE: f64 = 0.9;
 
 /// Parts of the bag that could not be read.
 pub(super) fn losses(facts: &BagFacts) -> Vec<Finding> {
