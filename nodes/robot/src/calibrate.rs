@@ -10,10 +10,11 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+use bag_player::Bag;
 use calibration::{CalibrationConfig, DepthOptics, calibrate};
 use clap::Args;
 use detection::shell::DetectionParameters;
-use geometry::{CameraModel, RayTable};
+use geometry::{CameraModel, ExtrinsicsSource, RayTable, RigConfig, RigMounts};
 use node_shell::parameters::{self, Assignment};
 
 use self::reader::{Choosing, Read, ReadCycles, Topics};
@@ -22,7 +23,7 @@ use crate::existing::check_output_file;
 use crate::failure::{Failure, Outcome};
 use crate::open_bag::open_bag;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
-use crate::run::{PoseSource, Stage};
+use crate::run::{PoseSource, SensorFrames, Stage, tf_frames};
 
 /// Arguments of `stillmap calibrate`.
 #[derive(Args, Debug)]
@@ -32,7 +33,8 @@ use crate::run::{PoseSource, Stage};
 
 Both sensors must see the same surfaces: walls and furniture of several directions, upright and as high as the
 scanner, 1 to 5 m away. Stand still for ten seconds, or turn slowly. Coordinates that the bag does not determine stay unchanged,
-and are named. The mounting of the camera (rig_from_camera) is taken as given.")]
+and are named. The mounting of the camera (rig_from_camera) is taken as given. With `extrinsics: tf` or tf_from_rig in a
+--params-file the mountings to start from are those of the bag's tf.")]
 pub struct CalibrateArgs {
     /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
@@ -67,6 +69,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let info = bag.info().map_err(failed)?;
     let node = load_parameters(&args.parameter_files)?;
     let inputs = Inputs::choose(&args.topics, &info, &node)?;
+    let start = StartingMounts::of(&bag, &inputs, &node.config.pipeline.rig)?;
     let ViewTopics::Depth { image, camera_info } = inputs.view else {
         return Err(Failure::new("clouds cannot be calibrated by, only depth images")
             .fix("record the depth image and its camera_info too, or name them with --depth and --camera-info"));
@@ -91,9 +94,8 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     };
     let rays = RayTable::new(&camera).map_err(|error| Failure::new(error.to_string()))?;
     check_sizes(&cycles, &camera)?;
-    let mounts = node.config.pipeline.rig.mounts();
     let optics = DepthOptics { camera: &camera, rays: &rays };
-    let found = calibrate(&cycles.cycles, optics, &mounts, &config).map_err(|error| {
+    let found = calibrate(&cycles.cycles, optics, &start.mounts, &config).map_err(|error| {
         Failure::new(error.to_string()).fix(
             "is rig_from_camera right, and rig_from_lidar within some 10 cm and 5 degrees (--params-file)? A scanner \
              that looks backwards needs a yaw of pi; furniture as high as the scanner helps",
@@ -104,15 +106,52 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         console::print_failure(finding);
     }
     if let Some(path) = &args.output {
-        output::write_parameters(path, &args.bag, &found)?;
+        output::write_parameters(path, &args.bag, &found, &start)?;
     }
     if args.json {
         output::print_json(&args.bag, &found)?;
     } else {
-        output::print(&found, args.output.as_deref())?;
+        output::print(&found, &start, args.output.as_deref())?;
     }
     let complete = losses.is_empty() && cycles.findings.is_empty();
     Ok(if complete { Outcome::Complete } else { Outcome::WithLosses })
+}
+
+/// The mounts that a calibration starts from.
+struct StartingMounts {
+    mounts: RigMounts,
+    source: ExtrinsicsSource,
+}
+
+impl StartingMounts {
+    /// Those of the parameters, or of the bag's tf where these say so.
+    fn of(bag: &Bag, inputs: &Inputs, rig: &RigConfig) -> Result<Self, Failure> {
+        let (mut mounts, source) = (rig.mounts(), rig.extrinsics);
+        if source == ExtrinsicsSource::Parameters {
+            return Ok(Self { mounts, source });
+        }
+        let SensorFrames { camera: Some(camera), scanner: Some(scanner) } =
+            SensorFrames::of(bag, inputs)?
+        else {
+            return Err(Failure::new(
+                "the first image or scan cannot be read, so that its frame is not known",
+            )
+            .fix("`stillmap doctor BAG` says what is wrong"));
+        };
+        let tree = tf_frames::tree_of(bag, &inputs.transforms)?;
+        let lookup = |parent: &str, child: &str| {
+            tree.lookup_latest(parent, child).map_err(|error| {
+                Failure::new(format!("the mounts to start from are to be those of tf: {error}")).fix(
+                    "a --params-file with `extrinsics: parameters`, rig_from_camera and rig_from_lidar",
+                )
+            })
+        };
+        if source == ExtrinsicsSource::TfFromRig {
+            mounts.rig_from_camera = lookup(&rig.rig_frame_id, &camera)?;
+        }
+        mounts.rig_from_lidar = mounts.rig_from_camera * lookup(&camera, &scanner)?;
+        Ok(Self { mounts, source })
+    }
 }
 
 /// The parameters of detection in some files, checked.

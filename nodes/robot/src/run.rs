@@ -35,7 +35,7 @@ use reconstruction::{GridError, MeshError, MeshForm};
 use report::{DynamicScore, RunRecord, Summary};
 
 use self::chosen::Chosen;
-pub(crate) use self::chosen::choose_inputs;
+pub(crate) use self::chosen::{SensorFrames, choose_inputs};
 use self::drawings::{DrawingArgs, Drawings};
 use self::findings::InputLosses;
 pub(crate) use self::findings::{SOUND_SHARE, are_many, no_cycle};

@@ -117,6 +117,24 @@ pub fn is_for(node_name: &str, file: &Path) -> Result<bool, ParameterError> {
     Ok(!file::parameters_of(file, node_name)?.parameters.is_empty())
 }
 
+/// Whether one of these files gives a parameter of the node with the full name `node_name` a value, be it the default.
+///
+/// # Errors
+/// When a file cannot be read as a parameter file.
+pub fn is_given(
+    node_name: &str,
+    files: &[impl AsRef<Path>],
+    parameter: &str,
+) -> Result<bool, ParameterError> {
+    for path in files {
+        let of_file = file::parameters_of(path.as_ref(), node_name)?;
+        if of_file.parameters.iter().any(|given| given.key == parameter) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 /// Every parameter with its default, in YAML, for a help text.
 ///
 /// # Errors

@@ -1,12 +1,13 @@
 //! The output of a calibration: text, JSON, and a parameter file.
 
-use std::fmt::Write;
 use std::path::Path;
 
 use calibration::Calibration;
+use geometry::{ExtrinsicsSource, pose_vector};
 use node_shell::write_whole_file;
 use serde::Serialize;
 
+use super::StartingMounts;
 use crate::console;
 use crate::failure::Failure;
 
@@ -25,13 +26,17 @@ pub(super) fn print_json(bag: &Path, found: &Calibration) -> Result<(), Failure>
     console::print(json)
 }
 
-pub(super) fn print(found: &Calibration, written: Option<&Path>) -> Result<(), Failure> {
+pub(super) fn print(
+    found: &Calibration,
+    start: &StartingMounts,
+    written: Option<&Path>,
+) -> Result<(), Failure> {
     for line in lines(found) {
         console::print(line)?;
     }
     match written {
         Some(path) => console::print(format_args!("parameters: {}", path.display())),
-        None => console::print(parameters(found).trim_end()),
+        None => console::print(parameters(found, start).trim_end()),
     }
 }
 
@@ -72,28 +77,35 @@ pub(super) fn write_parameters(
     path: &Path,
     bag: &Path,
     found: &Calibration,
+    start: &StartingMounts,
 ) -> Result<(), Failure> {
     let name = bag.file_name().unwrap_or(bag.as_os_str()).to_string_lossy();
     let mut text = format!("# Where `stillmap calibrate {name}` found the scanner.\n");
     for line in lines(found) {
         text.push_str(&format!("#   {line}\n"));
     }
-    text.push_str(&parameters(found));
+    text.push_str(&parameters(found, start));
     write_whole_file(path, text.as_bytes())
         .map_err(|error| Failure::new(format!("cannot write {}: {error}", path.display())))
 }
 
-/// The sections of a parameter file.
-fn parameters(found: &Calibration) -> String {
-    // A tenth of a millimetre, a thousandth of a degree.
-    let numbers: Vec<String> =
-        found.rig_from_lidar.iter().map(|number| format!("{:.6}", number + 0.0)).collect();
-    let mut text = String::new();
-    let _ = write!(
-        text,
-        "/**:\n  ros__parameters:\n    # [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]\n    \
-         rig_from_lidar: [{}]\n",
-        numbers.join(", ")
-    );
+/// The sections of a parameter file. The mounts hold in place of those of tf, where these were to be read.
+fn parameters(found: &Calibration, start: &StartingMounts) -> String {
+    let mut text = "/**:\n  ros__parameters:\n".to_owned();
+    if start.source != ExtrinsicsSource::Parameters {
+        text.push_str("    extrinsics: parameters\n");
+    }
+    text.push_str("    # [x_m, y_m, z_m, yaw_rad, pitch_rad, roll_rad]\n");
+    if start.source != ExtrinsicsSource::Parameters {
+        let camera = pose_vector(&start.mounts.rig_from_camera);
+        text.push_str(&format!("    rig_from_camera: [{}]\n", numbers(&camera)));
+    }
+    text.push_str(&format!("    rig_from_lidar: [{}]\n", numbers(&found.rig_from_lidar)));
     text
+}
+
+/// To a tenth of a millimetre, a thousandth of a degree.
+fn numbers(pose: &[f64; 6]) -> String {
+    let numbers: Vec<String> = pose.iter().map(|number| format!("{:.6}", number + 0.0)).collect();
+    numbers.join(", ")
 }

@@ -107,3 +107,76 @@ fn a_bag_that_cannot_be_calibrated_is_refused_with_the_reason() {
     let failure = run(&args(&bag, &["--params-file", backwards.to_str().unwrap()])).unwrap_err();
     assert!(failure.to_string().contains("yaw of pi"), "{failure}");
 }
+
+/// Regression: a calibration started from the parameters' mounts where these say that the mounts are those of tf.
+#[test]
+fn a_calibration_starts_from_the_mounts_of_tf_where_parameters_say_so() {
+    use bag_player::{BagWriter, OfferedQos};
+    use geometry::Stamp;
+    use msgs::geometry_msgs::TransformStamped;
+    use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
+    use msgs::std_msgs::Header;
+    use nalgebra::{Isometry3, Vector3};
+
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("robot.mcap");
+    let at = Stamp::from_secs_nanos(100, 0);
+    let header = |frame: &str| Header {
+        stamp: msgs::convert::time_from_stamp(at),
+        frame_id: frame.to_owned(),
+    };
+    let base_from_camera =
+        Isometry3::new(Vector3::new(0.2, 0.0, 0.8), Vector3::new(-1.2, 1.2, -1.2));
+    let base_from_laser = Isometry3::new(Vector3::new(-0.3, 0.1, 0.4), Vector3::z() * 3.1);
+    let mount = |child: &str, pose: &Isometry3<f64>| TransformStamped {
+        header: header("base_link"),
+        child_frame_id: child.to_owned(),
+        transform: msgs::convert::transform_from_isometry(pose),
+    };
+    let transforms = vec![mount("camera", &base_from_camera), mount("laser", &base_from_laser)];
+    let mut writer = BagWriter::create(&path).unwrap();
+    let qos = || OfferedQos::reliable(10);
+    let scans = writer.channel::<LaserScan>("/scan", qos()).unwrap();
+    writer
+        .write(scans, at, &LaserScan { header: header("laser"), ..LaserScan::default() })
+        .unwrap();
+    let images = writer.channel::<Image>("/depth/image", qos()).unwrap();
+    let image = Image {
+        header: header("camera"),
+        encoding: "16UC1".to_owned(),
+        height: 1,
+        width: 1,
+        step: 2,
+        data: vec![1, 1],
+        ..Image::default()
+    };
+    writer.write(images, at, &image).unwrap();
+    let infos = writer.channel::<CameraInfo>("/depth/camera_info", qos()).unwrap();
+    writer.write(infos, at, &CameraInfo::default()).unwrap();
+    let fixed = writer.channel::<msgs::tf2_msgs::TFMessage>("/tf_static", qos()).unwrap();
+    writer.write(fixed, at, &msgs::tf2_msgs::TFMessage { transforms }).unwrap();
+    writer.finish().unwrap();
+
+    let bag = Bag::open(&path).unwrap();
+    let mut topics = TopicArgs::default();
+    topics.pose = Some("tf".to_owned());
+    let inputs =
+        Inputs::choose(&topics, &bag.info().unwrap(), &DetectionParameters::default()).unwrap();
+    let start = |extrinsics: ExtrinsicsSource| {
+        let rig_frame_id = "base_link".to_owned();
+        let rig = RigConfig { extrinsics, rig_frame_id, ..RigConfig::default() };
+        StartingMounts::of(&bag, &inputs, &rig).unwrap().mounts
+    };
+    let off_m = |one: &Isometry3<f64>, other: &Isometry3<f64>| {
+        (one.inverse() * other).translation.vector.norm() + one.rotation.angle_to(&other.rotation)
+    };
+    assert_eq!(start(ExtrinsicsSource::Parameters), RigMounts::default());
+    let by_tf = start(ExtrinsicsSource::TfFromRig);
+    assert!(off_m(&by_tf.rig_from_camera, &base_from_camera) < 1e-9);
+    assert!(off_m(&by_tf.rig_from_lidar, &base_from_laser) < 1e-9);
+    let of_camera = start(ExtrinsicsSource::Tf);
+    assert_eq!(of_camera.rig_from_camera, RigMounts::default().rig_from_camera);
+    let camera_from_lidar = base_from_camera.inverse() * base_from_laser;
+    let found = of_camera.rig_from_camera.inverse() * of_camera.rig_from_lidar;
+    assert!(off_m(&found, &camera_from_lidar) < 1e-9);
+}

@@ -30,7 +30,8 @@ pub(super) fn findings(
     findings.extend(rules::together(&facts, &parameters.config));
     findings.extend(across::findings(&facts));
     let extrinsics = extrinsics::finding(bag, &facts, parameters);
-    findings.extend(extrinsics.or_else(|| extrinsics::unknown(&facts, parameters, are_given)));
+    let unknown = || extrinsics::unknown(&facts, parameters, are_given);
+    findings.extend(extrinsics.or_else(unknown).or_else(|| extrinsics::not_checked(&facts)));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }

@@ -6,12 +6,13 @@ use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
 use detection::shell::{ColourInput, DetectionParameters};
 use geometry::ExtrinsicsSource;
 use msgs::sensor_msgs::{LaserScan, PointCloud2};
+use node_shell::TransformTree;
 
 use super::colour_topics::ColourTopics;
 use super::inputs::{Inputs, TF, TopicArgs, ViewTopics};
 use super::parameters::{ParameterArgs, PipelineParameters};
 use super::pose_topics::{PoseSource, PoseTopicKind};
-use super::tf_frames;
+use super::tf_frames::{self, TfFrames};
 use super::view_topics::depth_image;
 use crate::failure::Failure;
 use crate::import::AddedScans;
@@ -70,41 +71,80 @@ pub(crate) fn choose_inputs(
     parameters: &mut PipelineParameters,
 ) -> Result<(Inputs, Option<String>), Failure> {
     let mut inputs = Inputs::choose(topics, info, parameters.detection_node())?;
-    if topics.pose.is_none() && is_placed_by_tf(bag, &inputs, parameters.detection_node())? {
+    let may_be_by_tf = topics.pose.is_none()
+        && matches!(inputs.pose, PoseSource::Topic { .. })
+        && inputs.transforms.contains(&TF)
+        && parameters.detection_node().pose_source == DetectionParameters::default().pose_source
+        && !parameters.say_mounts();
+    let mut placed = None;
+    if may_be_by_tf || inputs.pose == PoseSource::Tf {
+        let tree = tf_frames::tree_of(bag, &inputs.transforms)?;
+        let sensors = SensorFrames::of(bag, &inputs)?;
+        let found = Placed::of(&tree, sensors, parameters.detection_node());
+        if may_be_by_tf {
+            // The poses of the topic are those of the robot, and not of a sensor.
+            placed = found.ok().filter(Placed::has_sensors);
+        } else {
+            placed = Some(found?);
+        }
+    }
+    if placed.is_some() {
         inputs.pose = PoseSource::Tf;
     }
-    let note = take_poses_of(bag, &inputs, parameters)?;
+    let note = take_poses_of(&inputs, placed.as_ref(), parameters);
     Ok((inputs.needed_by(parameters.detection_node()), note))
 }
 
-/// Whether a bag with poses on a topic has all of it in tf: the robot in the map, and the sensors on the robot, where no parameter says how they
-/// are mounted. The poses of the topic are those of the robot, and not of a sensor.
-fn is_placed_by_tf(
-    bag: &Bag,
-    inputs: &Inputs,
-    parameters: &DetectionParameters,
-) -> Result<bool, Failure> {
-    let is_on_a_topic = matches!(inputs.pose, PoseSource::Topic { .. });
-    let is_said = parameters.pose_source != DetectionParameters::default().pose_source
-        || parameters.config.pipeline.rig.extrinsics != ExtrinsicsSource::Parameters;
-    if !is_on_a_topic || is_said || !inputs.transforms.contains(&TF) {
-        return Ok(false);
+/// What tf says of the robot and its sensors.
+struct Placed {
+    frames: TfFrames,
+    /// The frames of sensors, if the bag has a message of any.
+    sensors: Vec<String>,
+    /// Those that are not on the robot.
+    not_on_robot: Vec<String>,
+}
+
+impl Placed {
+    fn of(
+        tree: &TransformTree,
+        sensors: SensorFrames,
+        parameters: &DetectionParameters,
+    ) -> Result<Self, Failure> {
+        let frames = tf_frames::in_tree(tree, parameters)?;
+        let sensors: Vec<String> = sensors.camera.into_iter().chain(sensors.scanner).collect();
+        let not_on_robot = tf_frames::not_on_robot(tree, &frames.robot, &sensors);
+        let not_on_robot = not_on_robot.into_iter().map(str::to_owned).collect();
+        Ok(Self { frames, sensors, not_on_robot })
     }
-    let view = match &inputs.view {
-        ViewTopics::Depth { image, .. } => {
-            first(bag, image, |message| Some(depth_image(message).ok()?.frame_id))?
-        }
-        ViewTopics::Points(points) => first(bag, points, |message| {
-            Some(message.decode::<PointCloud2>().ok()?.header.frame_id)
-        })?,
-    };
-    // Scans that are cut out of the images are where these are.
-    let scan = first(bag, &inputs.scan, |message| {
-        Some(message.decode::<LaserScan>().ok()?.header.frame_id)
-    })?;
-    let Some(view) = view else { return Ok(false) };
-    let sensors: Vec<String> = scan.into_iter().chain([view]).collect();
-    tf_frames::place_all(bag, &inputs.transforms, &sensors, parameters)
+
+    /// Whether the mounts of the sensors are known.
+    fn has_sensors(&self) -> bool {
+        !self.sensors.is_empty() && self.not_on_robot.is_empty()
+    }
+}
+
+/// The frames of the sensors, as their first messages say it; `None` where the bag has no message.
+pub(crate) struct SensorFrames {
+    pub(crate) camera: Option<String>,
+    /// None of scans that are cut out of the images: they are where these are.
+    pub(crate) scanner: Option<String>,
+}
+
+impl SensorFrames {
+    pub(crate) fn of(bag: &Bag, inputs: &Inputs) -> Result<Self, Failure> {
+        let camera = match &inputs.view {
+            ViewTopics::Depth { image, .. } => {
+                first(bag, image, |message| Some(depth_image(message).ok()?.frame_id))?
+            }
+            ViewTopics::Points(points) => first(bag, points, |message| {
+                Some(message.decode::<PointCloud2>().ok()?.header.frame_id)
+            })?,
+        };
+        let scanner = first(bag, &inputs.scan, |message| {
+            Some(message.decode::<LaserScan>().ok()?.header.frame_id)
+        })?;
+        Ok(Self { camera, scanner })
+    }
 }
 
 /// What the first message of a topic says; `None` where the bag has none, or it says nothing.
@@ -124,29 +164,40 @@ fn first(
 
 /// Sets the parameters to the poses of the bag; says so where they are not those of a PoseStamped.
 fn take_poses_of(
-    bag: &Bag,
     inputs: &Inputs,
+    placed: Option<&Placed>,
     parameters: &mut PipelineParameters,
-) -> Result<Option<String>, Failure> {
+) -> Option<String> {
     parameters.set_pose_source(inputs.pose.input());
-    Ok(match &inputs.pose {
-        PoseSource::Topic { kind: PoseTopicKind::Pose, .. } | PoseSource::Visual(_) => None,
-        PoseSource::Topic { topic, kind } => {
-            Some(format!("the poses are those of {topic} ({})", kind.type_name()))
+    let Some(placed) = placed else {
+        return match &inputs.pose {
+            PoseSource::Topic { topic, kind } if *kind != PoseTopicKind::Pose => {
+                Some(format!("the poses are those of {topic} ({})", kind.type_name()))
+            }
+            _ => None,
+        };
+    };
+    let of_parameters = parameters.pipeline().rig.extrinsics;
+    let extrinsics = if !parameters.say_mounts() && placed.has_sensors() {
+        ExtrinsicsSource::TfFromRig
+    } else {
+        of_parameters
+    };
+    let TfFrames { robot, map } = &placed.frames;
+    let mounts = match extrinsics {
+        ExtrinsicsSource::Tf | ExtrinsicsSource::TfFromRig => {
+            "the mounts of the sensors by tf, too".to_owned()
         }
-        PoseSource::Tf => {
-            let frames = tf_frames::find(bag, &inputs.transforms, parameters.detection_node())?;
-            let mounts = match frames.extrinsics {
-                ExtrinsicsSource::Parameters => "the mounts of the sensors those of the parameters",
-                ExtrinsicsSource::Tf | ExtrinsicsSource::TfFromRig => {
-                    "the mounts of the sensors by tf, too"
-                }
-            };
-            parameters.set_tf_frames(&frames);
-            let (robot, map) = (&frames.robot, &frames.map);
-            Some(format!("the poses are those of {robot} in {map} by tf; {mounts}"))
+        ExtrinsicsSource::Parameters if placed.not_on_robot.is_empty() => {
+            "the mounts of the sensors those of the parameters".to_owned()
         }
-    })
+        ExtrinsicsSource::Parameters => format!(
+            "the mounts of the sensors those of the parameters, since tf does not connect {robot} with {}",
+            placed.not_on_robot.join(", ")
+        ),
+    };
+    parameters.set_tf_frames(&placed.frames, extrinsics);
+    Some(format!("the poses are those of {robot} in {map} by tf; {mounts}"))
 }
 
 /// Chooses where the colours of the map come from: the bag's colour camera, or its clouds, unless the parameters want none.
@@ -170,3 +221,6 @@ fn choose_colours(
     });
     Ok(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,7 +7,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use detection::DetectionConfig;
 use detection::shell::{ColourInput, DetectionParameters, PoseInput};
 use geometry::parameter::Parameters;
-use geometry::{Method, PipelineConfig};
+use geometry::{ExtrinsicsSource, Method, PipelineConfig, RigMounts};
 use node_shell::parameters::{self, Assignment};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
@@ -78,12 +78,16 @@ impl ParameterArgs {
     }
 }
 
+/// The parameter that says where the mounts come from.
+const EXTRINSICS: &str = "extrinsics";
+
 /// The parameters of the whole pipeline.
 pub struct PipelineParameters {
     detection: DetectionParameters,
     segmentation: SegmentationParameters,
     reconstruction: ReconstructionParameters,
     pose: PoseParameters,
+    states_extrinsics: bool,
 }
 
 impl PipelineParameters {
@@ -95,7 +99,11 @@ impl PipelineParameters {
         for file in &args.files {
             check_sections(file)?;
         }
+        let detection = format!("/{}", Stage::Detection.name());
+        let states_extrinsics = parameters::is_given(&detection, &args.files, EXTRINSICS)
+            .map_err(|error| Failure::new(error.to_string()))?;
         let mut parameters = Self {
+            states_extrinsics,
             detection: load(Stage::Detection.name(), &args.files)?,
             segmentation: load(Stage::Segmentation.name(), &args.files)?,
             reconstruction: load(Stage::Reconstruction.name(), &args.files)?,
@@ -128,6 +136,7 @@ impl PipelineParameters {
             segmentation: SegmentationParameters::default(),
             reconstruction: ReconstructionParameters::default(),
             pose: PoseParameters::default(),
+            states_extrinsics: false,
         };
         for pipeline in parameters.pipelines_mut() {
             *pipeline = PipelineConfig::new(method, edge_m);
@@ -158,13 +167,21 @@ impl PipelineParameters {
         self.detection.colour = source;
     }
 
-    /// Takes the frames of a bag's tf.
-    pub(super) fn set_tf_frames(&mut self, frames: &TfFrames) {
+    /// Takes the frames of a bag's tf, and the mounts from where they are.
+    pub(super) fn set_tf_frames(&mut self, frames: &TfFrames, extrinsics: ExtrinsicsSource) {
         self.detection.map_frame_id.clone_from(&frames.map);
         for pipeline in self.pipelines_mut() {
             pipeline.rig.rig_frame_id.clone_from(&frames.robot);
-            pipeline.rig.extrinsics = frames.extrinsics;
+            pipeline.rig.extrinsics = extrinsics;
         }
+    }
+
+    /// Whether the files say how the sensors are mounted, or where that is to be read.
+    pub(super) fn say_mounts(&self) -> bool {
+        let rig = &self.pipeline().rig;
+        self.states_extrinsics
+            || rig.extrinsics != ExtrinsicsSource::Parameters
+            || rig.mounts() != RigMounts::default()
     }
 
     /// The parameters that the nodes share.

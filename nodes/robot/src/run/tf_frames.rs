@@ -2,7 +2,6 @@
 
 use bag_player::{Bag, Selection};
 use detection::shell::DetectionParameters;
-use geometry::{ExtrinsicsSource, RigMounts};
 use msgs::tf2_msgs::TFMessage;
 use node_shell::TransformTree;
 
@@ -22,68 +21,41 @@ pub(crate) struct TfFrames {
     pub(crate) map: String,
     /// The frame of the robot: the rig.
     pub(crate) robot: String,
-    /// Where the mounts of the sensors come from: tf, where the bag has fixed transforms, and the parameters do not say
-    /// otherwise.
-    pub(crate) extrinsics: ExtrinsicsSource,
 }
 
-/// Finds the frames in a bag with these topics of tf: those of the parameters, or those with the usual names.
+/// The transforms of a bag with these topics of tf.
 ///
 /// # Errors
-/// When the bag cannot be read, or no two of these frames are connected.
-pub(super) fn find(
-    bag: &Bag,
-    topics: &[&str],
-    parameters: &DetectionParameters,
-) -> Result<TfFrames, Failure> {
-    if topics.is_empty() {
-        return Err(Failure::new("the bag has neither /tf nor /tf_static")
-            .fix("`stillmap info` lists what the bag holds"));
-    }
-    let (tree, has_fixed) = tree_of(bag, topics)?;
-    in_tree(&tree, has_fixed, parameters)
-}
-
-/// Whether the transforms of a bag with these topics of tf place the robot in a map, and frames of sensors on the robot.
-pub(super) fn place_all(
-    bag: &Bag,
-    topics: &[&str],
-    sensors: &[String],
-    parameters: &DetectionParameters,
-) -> Result<bool, Failure> {
-    let (tree, has_fixed) = tree_of(bag, topics)?;
-    let Ok(found) = in_tree(&tree, has_fixed, parameters) else { return Ok(false) };
-    let is_on_robot = |frame: &String| tree.lookup_latest(&found.robot, frame).is_ok();
-    Ok(found.extrinsics == ExtrinsicsSource::TfFromRig && sensors.iter().all(is_on_robot))
-}
-
-/// The transforms of a bag, and whether there are fixed ones.
-fn tree_of(bag: &Bag, topics: &[&str]) -> Result<(TransformTree, bool), Failure> {
+/// When the bag cannot be read.
+pub(crate) fn tree_of(bag: &Bag, topics: &[&str]) -> Result<TransformTree, Failure> {
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
+    let mut tree = TransformTree::default();
+    if topics.is_empty() {
+        return Ok(tree);
+    }
     let topics = topics.iter().map(|topic| (*topic).to_owned()).collect();
     let selection = Selection { topics: Some(topics), ..Selection::default() };
-    let mut tree = TransformTree::default();
-    let mut has_fixed = false;
     for message in bag.messages(&selection).map_err(failed)?.take(MESSAGES_LOOKED_AT) {
         let message = message.map_err(failed)?;
-        let is_fixed = &*message.topic == TF_STATIC;
-        has_fixed |= is_fixed;
         // What cannot be read is reported when the nodes read it.
         let Ok(transforms) = message.decode::<TFMessage>() else { continue };
-        tree.insert_message(&transforms, is_fixed, |_refused| {});
+        tree.insert_message(&transforms, &*message.topic == TF_STATIC, |_refused| {});
     }
-    Ok((tree, has_fixed))
+    Ok(tree)
 }
 
-/// The same in transforms that are known, fixed ones among them or not.
+/// The frames of map and robot: those of the parameters, or those with the usual names.
 ///
 /// # Errors
 /// When no two of these frames are connected.
 pub(crate) fn in_tree(
     tree: &TransformTree,
-    has_fixed: bool,
     parameters: &DetectionParameters,
 ) -> Result<TfFrames, Failure> {
+    if tree.is_empty() {
+        return Err(Failure::new("there are no transforms: neither /tf nor /tf_static has one")
+            .fix("`stillmap info` lists what the bag holds"));
+    }
     let rig = &parameters.config.pipeline.rig;
     let candidates = |own: &str, usual: [&str; 2]| [own, usual[0], usual[1]].map(str::to_owned);
     let maps = candidates(&parameters.map_frame_id, MAP_FRAMES);
@@ -98,11 +70,15 @@ pub(crate) fn in_tree(
         ))
         .fix("name the frames: map_frame_id and rig_frame_id, in a --params-file"));
     };
-    let extrinsics = match rig.extrinsics {
-        ExtrinsicsSource::Parameters if has_fixed && rig.mounts() == RigMounts::default() => {
-            ExtrinsicsSource::TfFromRig
-        }
-        of_parameters => of_parameters,
-    };
-    Ok(TfFrames { map: map.clone(), robot: robot.clone(), extrinsics })
+    Ok(TfFrames { map: map.clone(), robot: robot.clone() })
+}
+
+/// Those of some frames that the transforms do not place on the robot.
+pub(crate) fn not_on_robot<'a>(
+    tree: &TransformTree,
+    robot: &str,
+    sensors: &'a [String],
+) -> Vec<&'a str> {
+    let lacks = |frame: &&String| tree.lookup_latest(robot, frame).is_err();
+    sensors.iter().filter(lacks).map(String::as_str).collect()
 }

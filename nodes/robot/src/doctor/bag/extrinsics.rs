@@ -57,6 +57,17 @@ pub(super) fn unknown(
     ))
 }
 
+/// That the mount was not compared with what the camera sees, where the poses that this takes are on no topic.
+pub(super) fn not_checked(facts: &BagFacts) -> Option<Finding> {
+    let inputs = facts.choice.as_ref().ok()?;
+    inputs.pose.topic().is_none().then(|| {
+        Finding::ok(
+            Check::Extrinsics,
+            "not checked: whether the scan lies on the surfaces that the camera sees is compared with poses on a topic (--pose TOPIC)",
+        )
+    })
+}
+
 /// The finding about the mount; `None` if the bag does not show it.
 pub(super) fn finding(
     bag: &Bag,

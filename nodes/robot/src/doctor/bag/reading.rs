@@ -98,19 +98,28 @@ impl BagFacts {
         })
     }
 
-    /// The topics that a run would read: scans, view, poses.
-    pub(super) fn chosen(&self) -> Option<(&TopicFacts, &TopicFacts, &TopicFacts)> {
+    /// The topics that a run would read; `None` where it would read none.
+    pub(super) fn chosen(&self) -> Option<Chosen<'_>> {
         let inputs = self.choice.as_ref().ok()?;
         let view = match &inputs.view {
             ViewTopics::Depth { image, .. } => image,
             ViewTopics::Points(points) => points,
         };
-        Some((
-            self.topics.get(&inputs.scan)?,
-            self.topics.get(view)?,
-            self.topics.get(inputs.pose.topic()?)?,
-        ))
+        let poses = match inputs.pose.topic() {
+            Some(topic) => Some(self.topics.get(topic)?),
+            None => None,
+        };
+        Some(Chosen { scans: self.topics.get(&inputs.scan), view: self.topics.get(view)?, poses })
     }
+}
+
+/// The topics of a run that are compared.
+pub(super) struct Chosen<'a> {
+    /// None where the scans are cut out of the images.
+    pub(super) scans: Option<&'a TopicFacts>,
+    pub(super) view: &'a TopicFacts,
+    /// None where they are not on a topic: by tf, or computed.
+    pub(super) poses: Option<&'a TopicFacts>,
 }
 
 /// Ground truth is no input.

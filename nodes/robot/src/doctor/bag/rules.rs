@@ -8,7 +8,7 @@ use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::CameraInfo;
 
-use super::reading::{BagFacts, TopicFacts};
+use super::reading::{BagFacts, Chosen, TopicFacts};
 use crate::doctor::checks::Check;
 use crate::doctor::content::{Subject, stamps};
 use crate::doctor::finding::Finding;
@@ -149,13 +149,18 @@ fn gaps(name: &str, facts: &TopicFacts, sorted: &[Stamp]) -> Option<Finding> {
 
 /// Whether scans, images and poses belong together.
 pub(super) fn together(facts: &BagFacts, config: &DetectionConfig) -> Vec<Finding> {
-    let Some((scans, view, poses)) = facts.chosen() else { return Vec::new() };
+    let Some(Chosen { scans, view, poses }) = facts.chosen() else { return Vec::new() };
     let sorted = |facts: &TopicFacts| facts.sorted_stamps();
-    let (scans, view, poses) = (sorted(scans), sorted(view), sorted(poses));
-    offsets(&scans, &view, config.max_cloud_offset_s)
-        .into_iter()
-        .chain(coverage(&view, &poses, config.max_pose_gap_s))
-        .collect()
+    let view = sorted(view);
+    let offsets = scans.and_then(|scans| offsets(&sorted(scans), &view, config.max_cloud_offset_s));
+    let coverage = match poses {
+        Some(poses) => coverage(&view, &sorted(poses), config.max_pose_gap_s),
+        None => Some(Finding::ok(
+            Check::Poses,
+            "not checked: the poses are on no topic; `stillmap run` says how many scans have none",
+        )),
+    };
+    offsets.into_iter().chain(coverage).collect()
 }
 
 /// How far the nearest image is from each scan.

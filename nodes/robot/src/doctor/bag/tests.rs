@@ -168,6 +168,24 @@ fn a_bag_without_poses_names_what_is_missing() {
     only_fault(&bag.findings(), Severity::Error, &parts);
 }
 
+/// Regression: with poses by tf nothing was said of poses, offsets and mounts, as if all were well.
+#[test]
+fn what_is_not_checked_without_a_topic_of_poses_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = Bag::open(&Recording::healthy().write(folder.path())).unwrap();
+    let mut topics = TopicArgs::default();
+    topics.pose = Some("tf".to_owned());
+    let parameters = DetectionParameters::default();
+    let findings = findings(&bag, &topics, (&parameters, true), None).unwrap();
+    let said = |check: Check| {
+        let of_check = findings.iter().filter(|one| one.check == check);
+        of_check.map(|one| one.what.clone()).collect::<Vec<_>>().join("; ")
+    };
+    assert!(said(Check::Poses).contains("not checked"), "{findings:?}");
+    assert!(said(Check::Extrinsics).contains("not checked"), "{findings:?}");
+    assert!(said(Check::Offsets).contains("21 of 21 scans"), "{findings:?}");
+}
+
 #[test]
 fn a_gap_of_the_scanner_is_found() {
     let mut bag = Recording::healthy();

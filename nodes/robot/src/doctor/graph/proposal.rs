@@ -278,7 +278,7 @@ fn odometry<'a>(view: &GraphView, offer: &Offer<'a>, sensors: &Inputs) -> Option
 /// counts.
 fn may_place_the_robot(view: &GraphView) -> bool {
     let tree = view.transforms.tree();
-    tree.is_empty() || tf_frames::in_tree(tree, true, &DetectionParameters::default()).is_ok()
+    tree.is_empty() || tf_frames::in_tree(tree, &DetectionParameters::default()).is_ok()
 }
 
 /// Whether a publisher could be a sensor's, or a localisation's: poses that do not come, or once in a while, are goals or first
@@ -294,15 +294,14 @@ fn is_alive(view: &GraphView, one: &DiscoveredEndpoint) -> bool {
 /// The frames by which tf places the robot in the map, and scanner and camera on the robot; `None` where it does not.
 fn placed(view: &GraphView, inputs: &Inputs) -> Option<TfFrames> {
     let tree = view.transforms.tree();
-    let found = tf_frames::in_tree(tree, true, &DetectionParameters::default()).ok()?;
+    let found = tf_frames::in_tree(tree, &DetectionParameters::default()).ok()?;
     let frame = |topic: &String| view.received.get(topic).and_then(|received| received.frame());
     let camera = match &inputs.view {
         ViewTopics::Depth { image, camera_info } => frame(image).or_else(|| frame(camera_info)),
         ViewTopics::Points(points) => frame(points),
     };
-    let sensors = [frame(&inputs.scan)?, camera?];
-    let is_on_robot = |frame: &&str| tree.lookup_latest(&found.robot, frame).is_ok();
-    sensors.iter().all(is_on_robot).then_some(found)
+    let sensors = [frame(&inputs.scan)?, camera?].map(str::to_owned);
+    tf_frames::not_on_robot(tree, &found.robot, &sensors).is_empty().then_some(found)
 }
 
 /// A node of the suite that is there.
