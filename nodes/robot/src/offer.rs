@@ -16,6 +16,8 @@ pub(crate) const LEAST_POSES_HZ: f64 = 1.0;
 
 /// The truth of a simulation.
 const TRUTH: &str = "/truth/";
+/// The encoding of messages of ROS 1 in MCAP.
+const ROS1: &str = "ros1";
 
 /// One topic of an offer.
 #[derive(Clone, Copy, Debug)]
@@ -145,11 +147,23 @@ impl<'a> Offer<'a> {
         if encodings.is_empty() {
             return String::new();
         }
+        let of_ros1 = if encodings.contains(ROS1) {
+            ", those of a bag of ROS 1 that was put into another container; give the .bag itself, which is read"
+        } else {
+            ""
+        };
         let encodings: Vec<&str> = encodings.into_iter().collect();
         format!(
-            " in cdr (ROS 2), the encoding that is read: it has messages in {}",
+            " in cdr (ROS 2), the encoding that is read: it has messages in {}{of_ros1}",
             encodings.join(", ")
         )
+    }
+
+    /// Whether there are messages, but none in an encoding that is read.
+    pub(crate) fn is_unread(&self) -> bool {
+        let mut with_messages = self.topics.iter().filter(|offered| !offered.is_empty).peekable();
+        with_messages.peek().is_some()
+            && with_messages.all(|offered| offered.unread_encoding.is_some())
     }
 }
 

@@ -13,6 +13,7 @@ use crate::console;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::offer::Offer;
 use crate::open_bag::open_bag_while;
 
 /// Arguments of `stillmap import bag`.
@@ -73,6 +74,14 @@ fn copy(args: &BagArgs, interrupt: &Interrupt) -> Result<(BagSummary, Vec<String
     let failed = |error: BagError| Failure::new(error.to_string());
     let bag = open_bag_while(&args.bag, interrupt)?;
     let info = bag.info().map_err(failed)?;
+    let offer = Offer::of_bag(&info);
+    if offer.is_unread() {
+        return Err(Failure::new(format!(
+            "{} has no messages{}",
+            args.bag.display(),
+            offer.unread()
+        )));
+    }
     let added = AddedScans::new(&args.scan, &info)?;
     let (summary, messages) = copy_to(args.output.path(), (&bag, &info), added, interrupt)?;
     let mut lost: Vec<String> =
