@@ -64,6 +64,31 @@ pub struct BagOutput {
     overwrite: bool,
 }
 
+/// Whether two files that are to be written are one, however they are spelt.
+pub(crate) fn is_same_file(one: &Path, other: &Path) -> bool {
+    // A file need not be there, but its folder is.
+    let whole = |path: &Path| {
+        let there = path.canonicalize().ok();
+        there.or_else(|| Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?)))
+    };
+    one == other || whole(one).is_some_and(|path| whole(other) == Some(path))
+}
+
+/// Refuses two options that name one file.
+///
+/// # Errors
+/// When they do.
+pub(crate) fn refuse_same_file(
+    (one, option): (&Path, &str),
+    (other, other_option): (&Path, &str),
+) -> Result<(), Failure> {
+    if is_same_file(one, other) {
+        return Err(Failure::new(format!("{} cannot be both", one.display()))
+            .fix(format!("{option} and {other_option} are to name two files")));
+    }
+    Ok(())
+}
+
 impl BagOutput {
     /// A bag that must not exist yet.
     #[must_use]
@@ -88,10 +113,13 @@ impl BagOutput {
     /// Refuses to replace the bag that is read.
     ///
     /// # Errors
-    /// When it is the same file.
+    /// When it is the same file, or one in the folder that is the bag.
     pub fn refuse_itself(&self, bag: &Path) -> Result<(), Failure> {
         let real = bag.canonicalize();
-        if real.is_ok_and(|real| self.output.canonicalize().is_ok_and(|output| output == real)) {
+        // The whole path of a file begins with itself, too.
+        let is_of =
+            |real: PathBuf| self.output.canonicalize().is_ok_and(|output| output.starts_with(real));
+        if real.is_ok_and(is_of) {
             return Err(Failure::new(format!("{} cannot replace itself", bag.display()))
                 .fix("-o names another place"));
         }
@@ -120,6 +148,36 @@ mod tests {
         for nowhere in ["no/a.txt", "file/a.txt"] {
             let refused = check_output_file(&at(nowhere), true, "-o").unwrap_err().to_string();
             assert!(refused.contains("-o names another place"), "{refused}");
+        }
+    }
+
+    /// `./m.ply` and `m.ply` passed for two files, and a folder did not hold its own files.
+    #[test]
+    fn one_file_is_known_by_all_its_names() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::create_dir(at("bag")).unwrap();
+        std::fs::write(at("bag/0.mcap"), "").unwrap();
+        std::os::unix::fs::symlink(at("bag"), at("link")).unwrap();
+        for (one, other, is_same) in [
+            ("bag/new", "bag/./new", true),
+            ("bag/new", "link/new", true),
+            ("bag/0.mcap", "link/0.mcap", true),
+            ("bag/new", "bag/other", false),
+            ("bag/new", "new", false),
+        ] {
+            let refused = refuse_same_file((&at(one), "-o"), (&at(other), "--changes")).is_err();
+            assert_eq!(refused, is_same, "{one} {other}");
+        }
+        for (bag, output, is_refused) in [
+            ("bag", "bag/0.mcap", true),
+            ("link", "bag/0.mcap", true),
+            ("bag/0.mcap", "link/0.mcap", true),
+            ("bag/0.mcap", "bag/1.mcap", false),
+            ("bag", "bag/1.mcap", false),
+        ] {
+            let refused = BagOutput::new(at(output)).refuse_itself(&at(bag)).is_err();
+            assert_eq!(refused, is_refused, "{bag} {output}");
         }
     }
 

@@ -126,6 +126,7 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         _ => form,
     };
     args.georeference.check(form.holds())?;
+    args.refuse_without_effect(form)?;
     let image = args.output.with_extension("pgm");
     let outputs =
         std::iter::once(args.output.clone()).chain((form == Form::Grid).then(|| image.clone()));
@@ -169,6 +170,30 @@ pub(crate) fn run(args: &ExportArgs) -> Result<Outcome, Failure> {
         args.map.display()
     ))?;
     Ok(Outcome::Complete)
+}
+
+impl ExportArgs {
+    /// Refuses options that a form does not have.
+    fn refuse_without_effect(&self, form: Form) -> Result<(), Failure> {
+        let is_grid = form == Form::Grid;
+        let has_edge = matches!(form, Form::Octomap | Form::Mesh(_));
+        let is_other = self.resolution != GridConfig::default().grid_resolution_m;
+        let option = [
+            (is_other && !is_grid, "--resolution is of the occupancy grid (.yaml)"),
+            (self.heights.is_some() && !is_grid, "--heights are of the occupancy grid (.yaml)"),
+            (self.floor.is_some() && !is_grid, "--floor is of the occupancy grid (.yaml)"),
+            (self.edge.is_some() && !has_edge, "--edge is of an octomap (.bt) and of triangles"),
+        ]
+        .into_iter()
+        .find_map(|(is_useless, what)| is_useless.then_some(what));
+        match option {
+            Some(what) => {
+                Err(Failure::new(format!("{what}, and not of {}", self.output.display()))
+                    .fix("leave it out; --thin METRES keeps one point for each voxel"))
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 fn grid(args: &ExportArgs, points: &OrientedPoints) -> Result<OccupancyGrid, Failure> {

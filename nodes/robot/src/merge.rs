@@ -16,7 +16,7 @@ use reconstruction::mesh::edge_of_map_points_m;
 
 use self::report::Report;
 use crate::console;
-use crate::existing::check_output_file;
+use crate::existing::{check_output_file, refuse_same_file};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::map_file::{MapFile, write};
@@ -66,9 +66,8 @@ pub(crate) fn run(args: &MergeArgs, interrupt: &Interrupt) -> Result<Outcome, Fa
         check(path, option)?;
         check_output_file(path, args.overwrite, option)?;
     }
-    if args.changes.as_ref() == Some(&args.output) {
-        return Err(Failure::new(format!("{} cannot be both", args.output.display()))
-            .fix("-o and --changes are to name two files"));
+    if let Some(changes) = &args.changes {
+        refuse_same_file((&args.output, "-o"), (changes, "--changes"))?;
     }
     let guess = args.guess.as_deref().map(|numbers| pose_of_numbers("--guess", numbers));
     let guess = guess.transpose()?;

@@ -14,7 +14,7 @@ use report::DurationStatistics;
 use serde::Serialize;
 
 use crate::console;
-use crate::existing::check_output_file;
+use crate::existing::{check_output_file, refuse_same_file};
 use crate::failure::{Failure, Outcome};
 use crate::lidar::{self, LidarArgs};
 use crate::offer::Offer;
@@ -124,9 +124,15 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     check_output_file(&args.output, args.overwrite, "-o")?;
     if let Some(map) = &args.save_map {
         check_output_file(map, args.overwrite, "--save-map")?;
+        refuse_same_file((&args.output, "-o"), (map, "--save-map"))?;
     }
     if args.of == Whose::Lidar && args.slam {
         return Err(Failure::new("--slam is for a camera").fix("leave it out for a LiDAR"));
+    }
+    let is_of_images = args.depth.is_some() || args.features.is_some() || !args.topics.is_empty();
+    if args.of == Whose::Lidar && is_of_images {
+        return Err(Failure::new("--depth, --features, --image and --image-info are for a camera")
+            .fix("leave them out for a LiDAR"));
     }
     if args.of == Whose::Lidar {
         let how = (&args.lidar, args.loop_closing);
@@ -268,7 +274,10 @@ impl Tracking {
             nalgebra::Point3::new(place.x, place.y, place.z)
         };
         let steps = poses.iter().zip(poses.iter().skip(1));
-        let path_m = steps.map(|(from, to)| nalgebra::distance(&place(from), &place(to))).sum();
+        // The sum of nothing is -0.
+        let path_m = steps
+            .map(|(from, to)| nalgebra::distance(&place(from), &place(to)))
+            .fold(0.0, |path_m, step_m| path_m + step_m);
         let processed: Vec<&StageReport> =
             self.odometry.reports().iter().filter(|report| report.processed).collect();
         let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());

@@ -81,6 +81,9 @@ pub struct RunArgs {
     road: RoadArgs,
 }
 
+/// As recorded.
+const DEFAULT_RATE: f64 = 1.0;
+
 /// How a bag is run; `stillmap demo` has the same arguments.
 #[derive(Args, Clone, Debug)]
 pub struct HowArgs {
@@ -91,7 +94,7 @@ pub struct HowArgs {
     #[arg(long, value_enum)]
     pub transport: Option<TransportName>,
     /// Playback speed over DDS; a local run always goes as fast as it can
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = DEFAULT_RATE)]
     rate: f64,
     #[command(flatten)]
     parameters: ParameterArgs,
@@ -145,6 +148,7 @@ pub(crate) fn run(
             return Err(Failure::new(format!("{option}: a road map has pictures of its own"))
                 .fix("leave it out: the folder then holds the map and the drive from above"));
         }
+        args.refuse_without_effect_on_a_road_map()?;
         let results = lidar::ROAD_RESULTS.map(|name| args.out.join(name));
         refuse_to_replace(results, args.how.overwrite, "--out")?;
         if has_scanner(&args.bag, interrupt)? {
@@ -163,11 +167,34 @@ pub(crate) fn run(
             interrupt,
         );
     }
+    if !args.topics.lidar().is_empty() || args.road != RoadArgs::default() {
+        return Err(Failure::new(
+            "--lidar, --calibration, --loop-closing, --road-voxel, --road-memory and --colour are for a LiDAR's road map",
+        )
+        .fix("leave them out, or add --pose lidar"));
+    }
     let how = (&args.how, transport);
     if tum::is_sequence(&args.bag) {
         return run_sequence(args, how, scoring, interrupt);
     }
     run_bag(&args.bag, &args.out, &args.topics, how, scoring, interrupt)
+}
+
+impl RunArgs {
+    /// Refuses options that a road map does not have.
+    fn refuse_without_effect_on_a_road_map(&self) -> Result<(), Failure> {
+        let HowArgs { rate, no_colour, open, .. } = &self.how;
+        let of_run =
+            [(*rate != DEFAULT_RATE, "--rate"), (*no_colour, "--no-colour"), (*open, "--open")];
+        let given = of_run.into_iter().filter_map(|(is_given, name)| is_given.then_some(name));
+        match self.topics.of_other_sensors().into_iter().chain(given).next() {
+            Some(option) => {
+                Err(Failure::new(format!("{option} has no effect on a LiDAR's road map"))
+                    .fix("leave it out, or leave out --pose lidar"))
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// Runs a sequence of the TUM benchmark by way of a bag, which is gone afterwards.

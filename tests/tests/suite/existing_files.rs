@@ -16,7 +16,9 @@ struct Inputs {
 impl Inputs {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        small_room(folder.path());
+        let room = small_room(folder.path());
+        std::fs::create_dir(folder.path().join("folder")).unwrap();
+        std::fs::copy(room, folder.path().join("folder/small.mcap")).unwrap();
         let points = [nalgebra::Point3::new(1.0, 2.0, 3.0)];
         std::fs::write(folder.path().join("cloud.ply"), geometry::ply::encode(&points)).unwrap();
         std::fs::write(folder.path().join("poses.txt"), "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n")
@@ -123,7 +125,7 @@ fn with_overwrite_it_is_replaced() {
 }
 
 /// A command that cannot do its job, a part of what it says, and its exit code.
-const WRONG: [(&str, &str, i32); 13] = [
+const WRONG: [(&str, &str, i32); 21] = [
     ("run @none.mcap --out @out", "none.mcap", 1),
     ("run @words.txt --out @out", "words.txt", 1),
     ("run @small.mcap --params-file @bad.yaml --out @out", "window", 1),
@@ -136,6 +138,15 @@ const WRONG: [(&str, &str, i32); 13] = [
     ("simulate @words.txt -o @out.mcap", "words.txt", 1),
     ("simulate small -o @none/out.mcap", "none/out.mcap", 1),
     ("experiments --seeds 0 --out @out", "--seeds", 2),
+    // Regressions: the one file was replaced by the other, the bag by its copy, and options without effect were taken in silence.
+    ("merge @cloud.ply @cloud.ply -o @m.ply --changes @./m.ply", "cannot be both", 1),
+    ("odometry @small.mcap --slam -o @x --save-map @./x", "cannot be both", 1),
+    ("import bag @folder -o @folder/small.mcap --overwrite", "cannot replace itself", 1),
+    ("run @small.mcap --loop-closing --out @out", "--pose lidar", 1),
+    ("run @small.mcap --pose lidar --scan /scan --out @out", "--scan has no effect", 1),
+    ("odometry @small.mcap --of lidar --features lines -o @x", "are for a camera", 1),
+    ("export @cloud.ply -o @out.las --edge 0.1", "--edge is of an octomap", 1),
+    ("export @cloud.ply -o @out.las --heights 0.1 1", "--heights are of the occupancy grid", 1),
     ("node reconstruction --ros-args -p map_file:=@words.txt", "must end in .ply", 1),
 ];
 

@@ -42,7 +42,7 @@ pub(crate) const RESULTS: [&str; 14] = [
 ];
 
 /// The options of a road map.
-#[derive(Args, Clone, Debug)]
+#[derive(Args, Clone, PartialEq, Debug)]
 pub struct RoadArgs {
     /// With a LiDAR's road map: the edge of its voxels, in m
     #[arg(long, value_name = "M", default_value_t = RoadMapConfig::default().voxel_edge_m)]

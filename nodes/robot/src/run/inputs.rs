@@ -51,6 +51,19 @@ impl TopicArgs {
             && lidar.is_empty()
     }
 
+    /// The options that name topics of other sensors than a LiDAR.
+    pub(super) fn of_other_sensors(&self) -> Vec<&'static str> {
+        let Self { scan, depth, camera_info, points, pose: _, visual, lidar: _ } = self;
+        let named = [
+            (scan.is_some(), "--scan"),
+            (depth.is_some(), "--depth"),
+            (camera_info.is_some(), "--camera-info"),
+            (points.is_some(), "--points"),
+            (!visual.is_empty(), "--image"),
+        ];
+        named.into_iter().filter_map(|(is_given, name)| is_given.then_some(name)).collect()
+    }
+
     /// What the user names of the colour camera.
     pub(super) fn visual(&self) -> &VisualTopicArgs {
         &self.visual
