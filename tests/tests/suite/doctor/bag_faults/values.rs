@@ -124,11 +124,11 @@ pub(super) const FAULTS: &[Fault] = &[
         &[CLOUD, "no time for each point", "XYZIRT"],
     ),
     fault(
-        "times of points in microseconds",
+        "times of points in no unit that a node knows",
         Base::Velodyne,
         |bag| {
             bag.edit(CLOUD, |_, cloud: &mut PointCloud2| {
-                edit_field(cloud, "time", |one| one * 1e6)
+                edit_field(cloud, "time", |one| one * 1e-4)
             });
         },
         ["warn", "units"],
