@@ -15,7 +15,10 @@ pub mod parameters;
 pub mod pipeline;
 pub(crate) mod pose_topics;
 mod recorder;
+mod scanned_bag;
 pub(crate) mod terminal;
+#[cfg(test)]
+pub(crate) mod tf_bag;
 pub(crate) mod tf_frames;
 mod trajectory;
 pub mod view_topics;
@@ -24,12 +27,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use bag_player::{Bag, BagInfo, TemporaryFolder};
+use bag_player::{Bag, BagInfo};
 use clap::{Args, ValueEnum};
 use geometry::{OccupancyGrid, TriangleMesh};
-use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
-use msgs::sensor_msgs::LaserScan;
 use nalgebra::Isometry3;
 use reconstruction::{GridError, MeshError, MeshForm};
 use report::{DynamicScore, RunRecord, Summary};
@@ -46,14 +47,13 @@ pub use self::output::refuse_results;
 use self::parameters::{ParameterArgs, PipelineParameters};
 pub(crate) use self::pose_topics::{PoseSource, PoseTopicKind};
 pub(crate) use self::recorder::Stage;
+use self::scanned_bag::{ScannedBag, folder_for_bag, has_scanner};
 use crate::console;
 use crate::existing::refuse_to_replace;
 use crate::failure::{Failure, Outcome};
-use crate::import::bag::copy_to;
 use crate::import::{AddedScans, tum};
 use crate::interrupt::Interrupt;
 use crate::lidar::{self, LidarSource, RoadArgs};
-use crate::open_bag::open_bag_while;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
@@ -218,47 +218,6 @@ fn run_sequence(
         return Ok(Outcome::Interrupted);
     }
     run_bag(&bag, &args.out, &args.topics, how, scoring, interrupt)
-}
-
-/// A folder of its own, which is gone afterwards.
-fn folder_for_bag() -> Result<TemporaryFolder, Failure> {
-    TemporaryFolder::new()
-        .map_err(|error| Failure::new(format!("no folder for the imported bag: {error}")))
-}
-
-/// A copy of a bag with scans, which is gone afterwards.
-struct ScannedBag {
-    bag: PathBuf,
-    _folder: TemporaryFolder,
-}
-
-impl ScannedBag {
-    fn of(
-        (bag, info): (&Bag, &BagInfo),
-        name: &str,
-        added: AddedScans,
-        interrupt: &Interrupt,
-    ) -> Result<Self, Failure> {
-        let folder = folder_for_bag()?;
-        let path = folder.path().join(format!("{name}.mcap"));
-        copy_to(&path, (bag, info), Some(added), interrupt)?;
-        Ok(Self { bag: path, _folder: folder })
-    }
-}
-
-/// Whether a recording is a bag with a 2D scanner.
-fn has_scanner(path: &Path, interrupt: &Interrupt) -> Result<bool, Failure> {
-    if LidarSource::is_no_bag(path) {
-        return Ok(false);
-    }
-    let bag = open_bag_while(path, interrupt)?;
-    let info = bag.info().map_err(|error| Failure::new(error.to_string()))?;
-    let is_one = |topic: &bag_player::TopicInfo| {
-        topic.type_name == LaserScan::TYPE_NAME
-            && topic.message_count > 0
-            && !topic.topic.starts_with("/truth/")
-    };
-    Ok(info.topics.iter().any(is_one))
 }
 
 /// Scores a run against the ground truth in its bag; `None` if the bag has none.

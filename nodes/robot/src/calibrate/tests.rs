@@ -5,6 +5,7 @@ use node_shell::parameters::{self, Assignment};
 use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
 
 use super::*;
+use crate::run::tf_bag;
 use laboratory::write_bag;
 
 #[derive(Parser)]
@@ -111,51 +112,14 @@ fn a_bag_that_cannot_be_calibrated_is_refused_with_the_reason() {
 /// Regression: a calibration started from the parameters' mounts where these say that the mounts are those of tf.
 #[test]
 fn a_calibration_starts_from_the_mounts_of_tf_where_parameters_say_so() {
-    use bag_player::{BagWriter, OfferedQos};
-    use geometry::Stamp;
-    use msgs::geometry_msgs::TransformStamped;
-    use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
-    use msgs::std_msgs::Header;
     use nalgebra::{Isometry3, Vector3};
 
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("robot.mcap");
-    let at = Stamp::from_secs_nanos(100, 0);
-    let header = |frame: &str| Header {
-        stamp: msgs::convert::time_from_stamp(at),
-        frame_id: frame.to_owned(),
-    };
     let base_from_camera =
         Isometry3::new(Vector3::new(0.2, 0.0, 0.8), Vector3::new(-1.2, 1.2, -1.2));
     let base_from_laser = Isometry3::new(Vector3::new(-0.3, 0.1, 0.4), Vector3::z() * 3.1);
-    let mount = |child: &str, pose: &Isometry3<f64>| TransformStamped {
-        header: header("base_link"),
-        child_frame_id: child.to_owned(),
-        transform: msgs::convert::transform_from_isometry(pose),
-    };
-    let transforms = vec![mount("camera", &base_from_camera), mount("laser", &base_from_laser)];
-    let mut writer = BagWriter::create(&path).unwrap();
-    let qos = || OfferedQos::reliable(10);
-    let scans = writer.channel::<LaserScan>("/scan", qos()).unwrap();
-    writer
-        .write(scans, at, &LaserScan { header: header("laser"), ..LaserScan::default() })
-        .unwrap();
-    let images = writer.channel::<Image>("/depth/image", qos()).unwrap();
-    let image = Image {
-        header: header("camera"),
-        encoding: "16UC1".to_owned(),
-        height: 1,
-        width: 1,
-        step: 2,
-        data: vec![1, 1],
-        ..Image::default()
-    };
-    writer.write(images, at, &image).unwrap();
-    let infos = writer.channel::<CameraInfo>("/depth/camera_info", qos()).unwrap();
-    writer.write(infos, at, &CameraInfo::default()).unwrap();
-    let fixed = writer.channel::<msgs::tf2_msgs::TFMessage>("/tf_static", qos()).unwrap();
-    writer.write(fixed, at, &msgs::tf2_msgs::TFMessage { transforms }).unwrap();
-    writer.finish().unwrap();
+    tf_bag::write(&path, &[("camera", base_from_camera), ("laser", base_from_laser)]);
 
     let bag = Bag::open(&path).unwrap();
     let mut topics = TopicArgs::default();
