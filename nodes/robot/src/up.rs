@@ -342,7 +342,7 @@ impl PoseNode {
         }
     }
 
-    fn name(self) -> &'static str {
+    const fn name(self) -> &'static str {
         match self {
             Self::Visual => visual::NODE,
             Self::Lidar => lidar::NODE,

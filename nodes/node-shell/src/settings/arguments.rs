@@ -134,6 +134,16 @@ impl RosArguments {
         Ok(parameters)
     }
 
+    /// The nodes that assignments and remappings name before a `:`.
+    pub fn named_nodes(&self) -> impl Iterator<Item = &str> {
+        let of_parameters = self.parameters.iter().filter_map(|source| match source {
+            ParameterSource::Assignment { node, .. } => node.as_deref(),
+            ParameterSource::File(_) | ParameterSource::Text { .. } => None,
+        });
+        let rules = [&self.remappings, &self.node_names, &self.namespaces].into_iter().flatten();
+        of_parameters.chain(rules.filter_map(|rule| rule.node.as_deref()))
+    }
+
     /// Says in the log what was accepted and changes nothing.
     pub fn warn_of_options_without_effect(&self) {
         for argument in &self.without_effect {

@@ -33,7 +33,7 @@ impl Stage {
     pub(crate) const ALL: [Self; 3] = [Self::Detection, Self::Segmentation, Self::Reconstruction];
 
     /// The name of the stage and of its node.
-    pub(crate) fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Detection => "detection",
             Self::Segmentation => "segmentation",

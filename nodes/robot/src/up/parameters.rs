@@ -52,6 +52,7 @@ impl SuiteParameters {
         map_edge_m: Option<f64>,
     ) -> Result<Self, Failure> {
         let known = KnownNames::all().map_err(|error| Failure::new(error.to_string()))?;
+        check_named_nodes(arguments)?;
         known.check(arguments)?;
         let reader = Reader { arguments, all: &known.all };
         let of_stage = |stage: Stage| (stage.name(), span(stage));
@@ -186,9 +187,57 @@ impl KnownNames {
     }
 }
 
+/// The nodes that `stillmap up` can start, as the program calls them.
+const NODES: [&str; 7] = [
+    Stage::Detection.name(),
+    Stage::Segmentation.name(),
+    Stage::Reconstruction.name(),
+    PoseNode::Visual.name(),
+    PoseNode::Lidar.name(),
+    live_view::shell::NODE,
+    live_view::shell::FOXGLOVE_NODE,
+];
+
+/// Refuses what is said of one node, by its name or by the one that it is given, where there is none of that name.
+fn check_named_nodes(arguments: &RosArguments) -> Result<(), Failure> {
+    let mut names: BTreeSet<String> = NODES.iter().map(|&name| name.to_owned()).collect();
+    for name in NODES {
+        let identity = arguments.identity(name).map_err(|error| Failure::new(error.to_string()))?;
+        names.insert(identity.name().to_owned());
+    }
+    let Some(unknown) = arguments.named_nodes().find(|&name| !names.contains(name)) else {
+        return Ok(());
+    };
+    let nearest = nearest_name(unknown, names.iter().map(String::as_str));
+    Err(Failure::new(format!("no node is called `{unknown}`")).fix(match nearest {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None => format!("the nodes are: {}", NODES.join(", ")),
+    }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Regression: `-p reconstructoin:map_file:=map.ply` and `-r detecton:scan:=/laser` were without effect, in silence.
+    #[test]
+    fn a_node_that_is_none_is_refused() {
+        let refusal = |words: &[&str]| {
+            let arguments = RosArguments::parse([&["--ros-args"], words].concat()).unwrap();
+            SuiteParameters::of(&arguments, None, None).err().map(|failure| failure.to_string())
+        };
+        let parameter = refusal(&["-p", "reconstructoin:map_file:=map.ply"]).unwrap();
+        let wanted = "no node is called `reconstructoin`\n";
+        assert!(parameter.starts_with(wanted), "{parameter}");
+        assert!(parameter.contains("did you mean `reconstruction`?"), "{parameter}");
+        let remapping = refusal(&["-r", "detecton:scan:=/laser/scan"]).unwrap();
+        assert!(remapping.contains("did you mean `detection`?"), "{remapping}");
+        let namespace = refusal(&["-r", "mapper:__ns:=/robot"]).unwrap();
+        assert!(namespace.contains("the nodes are: detection, segmentation"), "{namespace}");
+        let renamed = ["-r", "detection:__node:=left", "-p", "left:autostart:=false"];
+        assert_eq!(refusal(&renamed), None);
+        assert_eq!(refusal(&["-r", "live_view:scan:=/laser/scan"]), None);
+    }
 
     /// Regression: a parameter that no node has was refused as one of detection.
     #[test]
