@@ -69,7 +69,7 @@ pub enum ViewError {
 /// A server that listens, and does not answer yet.
 pub struct LiveView {
     listener: std::net::TcpListener,
-    address: SocketAddr,
+    shown: SocketAddr,
     access: Access,
 }
 
@@ -79,16 +79,16 @@ impl LiveView {
     /// # Errors
     /// When the address cannot be listened on.
     pub fn bind(address: SocketAddr) -> Result<Self, ViewError> {
-        let OwnServer { listener, address, random } = OwnServer::bind(address)?;
-        Ok(Self { listener, address, access: Access::on(address.ip(), random) })
+        let OwnServer { listener, address, shown, random } = OwnServer::bind(address)?;
+        Ok(Self { listener, shown, access: Access::on(address.ip(), random) })
     }
 
     /// The address of the page, with the token where it needs one.
     #[must_use]
     pub fn url(&self) -> String {
         match &self.access {
-            Access::ThisMachine => format!("http://{}/", self.address),
-            Access::WithToken(token) => format!("http://{}/?token={}", self.address, token.text()),
+            Access::ThisMachine => format!("http://{}/", self.shown),
+            Access::WithToken(token) => format!("http://{}/?token={}", self.shown, token.text()),
         }
     }
 

@@ -42,6 +42,7 @@ impl Served {
     fn start(arguments: &[&str]) -> Self {
         let (program, url) = Running::start_and_hear(arguments, "live view: http://");
         let (address, query) = url.split_once('/').unwrap();
+        // As it is announced on a machine without a network.
         let address = address.replace("0.0.0.0", "127.0.0.1");
         Self { program, address, query: query.to_owned() }
     }

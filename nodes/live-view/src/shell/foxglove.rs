@@ -42,7 +42,7 @@ const LONGEST_REQUEST_BYTES: usize = 64 * 1024;
 /// A server for viewers that listens, and does not answer yet.
 pub struct FoxgloveServer {
     listener: std::net::TcpListener,
-    address: SocketAddr,
+    shown: SocketAddr,
     access: ViewerAccess,
 }
 
@@ -60,15 +60,15 @@ impl FoxgloveServer {
     /// # Errors
     /// When the address cannot be listened on.
     pub fn bind(address: SocketAddr) -> Result<Self, ViewError> {
-        let OwnServer { listener, address, random } = OwnServer::bind(address)?;
-        Ok(Self { listener, address, access: ViewerAccess::on(address.ip(), random) })
+        let OwnServer { listener, address, shown, random } = OwnServer::bind(address)?;
+        Ok(Self { listener, shown, access: ViewerAccess::on(address.ip(), random) })
     }
 
     /// The address for viewers, with the token where they need it.
     #[must_use]
     pub fn url(&self) -> String {
         match &self.access {
-            ViewerAccess { is_local: true, .. } => format!("ws://{}/", self.address),
+            ViewerAccess { is_local: true, .. } => format!("ws://{}/", self.shown),
             ViewerAccess { .. } => self.url_with_token(),
         }
     }
@@ -76,7 +76,7 @@ impl FoxgloveServer {
     /// The address with the token, which on this machine only pages of other sites than Foxglove's need.
     #[must_use]
     pub fn url_with_token(&self) -> String {
-        format!("ws://{}/?token={}", self.address, self.access.token.text())
+        format!("ws://{}/?token={}", self.shown, self.access.token.text())
     }
 
     /// Serves as `node` until the process is to end, on a thread of its own, and leaves the network.
