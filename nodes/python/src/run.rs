@@ -120,9 +120,9 @@ pub(crate) fn run(
         Method::of_name(name)
             .ok_or_else(|| PyValueError::new_err(format!("method is {name}, and not {names}")))
     };
-    let mut parameters = ParameterArgs::default();
-    parameters.method = method.map(of_name).transpose()?;
-    (parameters.files, parameters.map_edge) = (params_files, map_edge_m);
+    let method = method.map(of_name).transpose()?;
+    let parameters =
+        ParameterArgs { files: params_files, method, map_edge: map_edge_m, grid: None };
     computed(py, || {
         let begun = CycleRun::begin(&bag, &topics, &parameters, !colour);
         let missing = parameters.files.iter().find(|file| !file.exists()).unwrap_or(&bag);

@@ -5,6 +5,7 @@ mod gathering;
 mod output;
 mod poses;
 pub(crate) mod reader;
+pub(crate) mod rig_poses;
 #[cfg(test)]
 mod tests;
 
@@ -13,17 +14,18 @@ use std::path::{Path, PathBuf};
 use bag_player::Bag;
 use calibration::{CalibrationConfig, DepthOptics, calibrate};
 use clap::Args;
-use detection::shell::DetectionParameters;
 use geometry::{CameraModel, ExtrinsicsSource, RayTable, RigConfig, RigMounts};
-use node_shell::parameters::{self, Assignment};
 
 use self::reader::{Choosing, Read, ReadCycles, Topics};
+use self::rig_poses::RigPoses;
 use crate::console;
 use crate::existing::check_output_file;
 use crate::failure::{Failure, Outcome};
 use crate::open_bag::open_bag;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
-use crate::run::{PoseSource, SensorFrames, Stage, tf_frames};
+use crate::run::parameters::{ParameterArgs, PipelineParameters};
+use crate::run::tf_frames::{self, TfFrames};
+use crate::run::{SensorFrames, choose_inputs};
 
 /// Arguments of `stillmap calibrate`.
 #[derive(Args, Debug)]
@@ -33,8 +35,8 @@ use crate::run::{PoseSource, SensorFrames, Stage, tf_frames};
 
 Both sensors must see the same surfaces: walls and furniture of several directions, upright and as high as the
 scanner, 1 to 5 m away. Stand still for ten seconds, or turn slowly. Coordinates that the bag does not determine stay unchanged,
-and are named. The mounting of the camera (rig_from_camera) is taken as given. With `extrinsics: tf` or tf_from_rig in a
---params-file the mountings to start from are those of the bag's tf.")]
+and are named. The mounting of the camera (rig_from_camera) is taken as given. The mountings to start from, and the poses, are
+those that `stillmap run` takes: of tf where the bag's tf has the sensors, unless a --params-file says them.")]
 pub struct CalibrateArgs {
     /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
@@ -67,10 +69,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let failed = |error: bag_player::BagError| Failure::new(error.to_string());
     let bag = open_bag(&args.bag)?;
     let info = bag.info().map_err(failed)?;
-    let node = load_parameters(&args.parameter_files)?;
-    let inputs = Inputs::choose(&args.topics, &info, &node)?;
+    let files = args.parameter_files.clone();
+    let mut parameters = PipelineParameters::load(&ParameterArgs { files, ..Default::default() })?;
+    let (inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
+    if let Some(note) = note {
+        console::note(note);
+    }
+    let node = parameters.detection_node();
     let start = StartingMounts::of(&bag, &inputs, &node.config.pipeline.rig)?;
-    let ViewTopics::Depth { image, camera_info } = inputs.view else {
+    let ViewTopics::Depth { image, camera_info } = inputs.view.clone() else {
         return Err(Failure::new("clouds cannot be calibrated by, only depth images")
             .fix("record the depth image and its camera_info too, or name them with --depth and --camera-info"));
     };
@@ -82,11 +89,15 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         max_image_offset_s: node.config.max_cloud_offset_s,
         beam_order: node.config.free_space.beam_order,
     };
-    let PoseSource::Topic { topic: pose, kind: pose_kind } = inputs.pose else {
-        return Err(Failure::new("the calibration takes its poses from a topic, not from tf or images")
+    let frames = || TfFrames {
+        map: node.map_frame_id.clone(),
+        robot: node.config.pipeline.rig.rig_frame_id.clone(),
+    };
+    let Some(poses) = RigPoses::of(&inputs, frames) else {
+        return Err(Failure::new("the calibration takes its poses from a topic or tf, not from images")
             .fix("record the odometry, too (nav_msgs/Odometry), and name it with --pose; a platform that stands needs one pose"));
     };
-    let topics = Topics { scan: inputs.scan, image, camera_info, pose, pose_kind };
+    let topics = Topics { scan: inputs.scan, image, camera_info, poses };
     let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
     let camera = match &args.camera_file {
         Some(file) => read_camera(file)?,
@@ -152,15 +163,6 @@ impl StartingMounts {
         mounts.rig_from_lidar = mounts.rig_from_camera * lookup(&camera, &scanner)?;
         Ok(Self { mounts, source })
     }
-}
-
-/// The parameters of detection in some files, checked.
-pub(crate) fn load_parameters(files: &[PathBuf]) -> Result<DetectionParameters, Failure> {
-    let node = format!("/{}", Stage::Detection.name());
-    let node: DetectionParameters = parameters::load(&node, files, &[] as &[Assignment])
-        .map_err(|error| Failure::new(error.to_string()))?;
-    node.config.validate().map_err(|error| Failure::new(error.to_string()))?;
-    Ok(node)
 }
 
 fn read_camera(path: &Path) -> Result<CameraModel, Failure> {

@@ -17,11 +17,11 @@ use node_shell::log::{LogDirective, LogLevel};
 use node_shell::{RosArguments, ShellError, Transport, TransportError};
 use serde::Serialize;
 
-use crate::calibrate::load_parameters;
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::open_bag::open_bag;
 use crate::run::inputs::TopicArgs;
+use crate::run::parameters::{ParameterArgs, PipelineParameters};
 use crate::run::terminal::is_coloured;
 use checks::Check;
 use finding::{Finding, Severity, Tally};
@@ -127,7 +127,8 @@ fn print_report(report: &Report, json: bool) -> Result<(), Failure> {
 }
 
 fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
-    let parameters = load_parameters(&args.parameter_files)?;
+    let files = args.parameter_files.clone();
+    let parameters = PipelineParameters::load(&ParameterArgs { files, ..Default::default() })?;
     let bag = open_bag(path)?;
     // A bag can be checked on a machine where no node can start.
     let buffer = Transport::from_environment()
@@ -135,7 +136,7 @@ fn examine_bag(path: &Path, args: &DoctorArgs) -> Result<Report, Failure> {
         .and_then(|transport| transport.probe_receive_buffer())
         .ok()
         .map(ReceiveBuffer::from);
-    let parameters = (&parameters, !args.parameter_files.is_empty());
+    let parameters = (parameters, !args.parameter_files.is_empty());
     let findings = bag::findings(&bag, &args.topics, parameters, buffer.as_ref())?;
     Ok(Report { findings, ..Report::default() })
 }

@@ -231,9 +231,8 @@ fn run(
     let file = folder.join("parameters.yaml");
     let lines = format!("/**:\n  ros__parameters:\n    {OF_ALL}\n    {parameters}\n");
     std::fs::write(&file, lines).unwrap();
-    let mut by_user = ParameterArgs::default();
-    by_user.map_edge = Some(MAP_EDGE_M);
-    by_user.files.push(file);
+    let by_user =
+        ParameterArgs { files: vec![file], map_edge: Some(MAP_EDGE_M), ..ParameterArgs::default() };
     let mut run = CycleRun::begin(bag, &TopicArgs::default(), &by_user, true)?;
     let ([mut moving, mut removed], [mut still, mut lost]) = ([0_usize; 2], [0_usize; 2]);
     let (mut with_zones, mut in_zone) = (0_usize, 0_usize);

@@ -43,15 +43,26 @@ fn with_description(
     name: &str,
     fill: impl FnOnce(&mut Topics),
 ) -> PathBuf {
+    with_laser_at(folder, drive, name, RigConfig::default().mounts().rig_from_lidar, fill)
+}
+
+/// The same with another mount of the scanner in the description.
+fn with_laser_at(
+    folder: &Path,
+    drive: &Path,
+    name: &str,
+    rig_from_lidar: Isometry3<f64>,
+    fill: impl FnOnce(&mut Topics),
+) -> PathBuf {
     let from = Bag::open(drive).unwrap();
     let start = from.info().unwrap().start.unwrap().plus_seconds(-0.5);
-    let mounts = RigConfig::default().mounts();
+    let rig_from_camera = RigConfig::default().mounts().rig_from_camera;
     let on_base = |child: &str, rig_from_child: Isometry3<f64>| {
         on_robot(start, child, pose_vector(&(base_from_rig() * rig_from_child)))
     };
     let transforms = vec![
-        on_base("camera_depth_optical_frame", mounts.rig_from_camera),
-        on_base("laser", mounts.rig_from_lidar),
+        on_base("camera_depth_optical_frame", rig_from_camera),
+        on_base("laser", rig_from_lidar),
         TransformStamped {
             child_frame_id: "base_footprint".to_owned(),
             ..on_robot(start, "", [0.0, 0.0, -0.1, 0.0, 0.0, 0.0])
@@ -73,6 +84,23 @@ fn robot_poses(drive: &Path) -> Vec<(Stamp, StampedPose)> {
         (time, StampedPose { map_from_rig: pose.map_from_rig * rig_from_base, ..pose })
     };
     poses.map(of_robot).collect()
+}
+
+/// Transforms of the map to the odometry ten times a second, and of the odometry to the robot at each pose.
+fn by_localiser(poses: &[(Stamp, StampedPose)]) -> Vec<(Stamp, TFMessage)> {
+    let odom_from_map = map_from_odom().inverse();
+    let first = poses[0].1.stamp;
+    let mut messages = Vec::new();
+    for (time, pose) in poses {
+        let odom_from_base = odom_from_map * pose.map_from_rig;
+        messages.push((*time, transform(pose.stamp, "odom", "base_link", &odom_from_base)));
+    }
+    for tenth in 0..80 {
+        let stamp = first.plus_seconds(f64::from(tenth) * 0.1);
+        messages.push((stamp, transform(stamp, "map", "odom", &map_from_odom())));
+    }
+    messages.sort_by_key(|(time, _)| *time);
+    messages
 }
 
 fn transform(stamp: Stamp, parent: &str, child: &str, pose: &Isometry3<f64>) -> TFMessage {
@@ -171,21 +199,7 @@ fn an_odometry_a_localisation_and_tf_give_the_map_of_stamped_poses() {
     assert_same_map("localisation", &map_of(&localised, "local", &of_robot), &expected);
 
     // map to odom ten times a second, odom to the robot at each pose; nothing is said of frames and mounts.
-    let tf = || {
-        let odom_from_map = map_from_odom().inverse();
-        let first = poses[0].1.stamp;
-        let mut messages = Vec::new();
-        for (time, pose) in &poses {
-            let odom_from_base = odom_from_map * pose.map_from_rig;
-            messages.push((*time, transform(pose.stamp, "odom", "base_link", &odom_from_base)));
-        }
-        for tenth in 0..80 {
-            let stamp = first.plus_seconds(f64::from(tenth) * 0.1);
-            messages.push((stamp, transform(stamp, "map", "odom", &map_from_odom())));
-        }
-        messages.sort_by_key(|(time, _)| *time);
-        messages
-    };
+    let tf = || by_localiser(&poses);
     let by_tf = with_description(folder.path(), &drive, "by_tf.mcap", |topics| {
         topics.messages("/tf", tf());
     });
@@ -217,6 +231,60 @@ fn an_odometry_a_localisation_and_tf_give_the_map_of_stamped_poses() {
         topics.messages(image, messages_of::<Image>(&by_tf, image).into_iter().take(60));
     });
     assert!(!map_of(&without_scanner, "local", &[]).is_empty());
+}
+
+/// Regression: `calibrate` refused poses by tf, `doctor` compared nothing with them, and both took the mounts of the parameters where
+/// `run` takes those of tf.
+#[test]
+fn calibrate_and_doctor_take_the_poses_and_mounts_that_a_run_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = drive(folder.path());
+    let poses = robot_poses(&drive);
+    let truth = RigConfig::default().mounts().rig_from_lidar;
+    let wrong = truth * Isometry3::new(Vector3::new(0.06, 0.03, 0.0), Vector3::z() * 0.04);
+    let odometry = || {
+        poses.iter().map(|(time, pose)| {
+            let message = convert::message_from_pose(pose);
+            let mut odometry = Odometry { header: message.header, ..Odometry::default() };
+            (odometry.child_frame_id, odometry.pose.pose) = ("base_link".to_owned(), message.pose);
+            (*time, odometry)
+        })
+    };
+    let bag = |name: &str, rig_from_lidar: Isometry3<f64>, has_odometry: bool| {
+        with_laser_at(folder.path(), &drive, name, rig_from_lidar, |topics| {
+            topics.messages("/tf", by_localiser(&poses));
+            if has_odometry {
+                topics.messages("/odom", odometry());
+            }
+        })
+    };
+    for (name, has_odometry) in [("tf", false), ("odometry", true)] {
+        let right = bag(&format!("{name}.mcap"), truth, has_odometry);
+        let said = stillmap(["doctor", right.to_str().unwrap()]);
+        let said = String::from_utf8(said.stdout).unwrap();
+        assert!(said.contains("ok     by tf the scan lies 0.0"), "{name}: {said}");
+        assert!(!said.contains("rig_from_lidar"), "{name}: {said}");
+
+        let wrong = bag(&format!("{name}_wrong.mcap"), wrong, has_odometry);
+        let said = stillmap(["doctor", wrong.to_str().unwrap()]);
+        let said = String::from_utf8(said.stdout).unwrap();
+        assert!(said.contains("error") && said.contains("by tf the scan lies"), "{name}: {said}");
+        let file = folder.path().join(format!("{name}.yaml"));
+        let arguments = ["calibrate", wrong.to_str().unwrap(), "-o", file.to_str().unwrap()];
+        let calibrated = stillmap(arguments);
+        assert!(file.exists(), "{name}: {}", String::from_utf8_lossy(&calibrated.stderr));
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mount = |key: &str| {
+            let line = text.lines().find_map(|line| line.trim().strip_prefix(key)).unwrap();
+            let numbers = line.trim_matches(|one| " []".contains(one)).split(", ");
+            let numbers: Vec<f64> = numbers.map(|number| number.parse().unwrap()).collect();
+            pose_from_vector(&numbers.try_into().unwrap())
+        };
+        let off = (mount("rig_from_camera:").inverse() * mount("rig_from_lidar:")).inverse()
+            * (RigConfig::default().mounts().rig_from_camera.inverse() * truth);
+        assert!(off.translation.vector.norm() < 0.02, "{name}: {off}");
+        assert!(off.rotation.angle() < 0.01, "{name}: {off}");
+    }
 }
 
 #[test]

@@ -11,9 +11,9 @@ use msgs::sensor_msgs::LaserScan;
 use super::choice::{Candidate, Chosen, choose};
 use super::gathering::Gathering;
 use super::poses::Poses;
+use super::rig_poses::{PoseReader, RigPoses};
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::run::PoseTopicKind;
 
 /// Poses that are kept at most: nine hours at 30 Hz, 150 MB.
 const MOST_POSES: usize = 1 << 20;
@@ -27,8 +27,7 @@ pub(crate) struct Topics {
     pub(crate) scan: String,
     pub(crate) image: String,
     pub(crate) camera_info: String,
-    pub(crate) pose: String,
-    pub(crate) pose_kind: PoseTopicKind,
+    pub(crate) poses: RigPoses,
 }
 
 /// How cycles are made of messages.
@@ -73,7 +72,9 @@ pub(crate) fn read(
         let of_topic = info.topics.iter().filter(|known| known.topic == topic);
         of_topic.map(|known| known.message_count).sum()
     };
-    let (scans, poses) = (count(&topics.scan), count(&topics.pose));
+    let pose_topics = topics.poses.topics();
+    let (scans, poses) =
+        (count(&topics.scan), pose_topics.iter().map(|topic| count(topic)).sum::<u64>());
     let progress = Progress::new(
         "reading",
         2 * scans + poses + count(&topics.image) + count(&topics.camera_info),
@@ -83,17 +84,16 @@ pub(crate) fn read(
     let mut turns = Turns::default();
     let capacity = usize::try_from(poses).unwrap_or(MOST_POSES).min(MOST_POSES);
     let mut poses = Poses::new(capacity, choosing.max_pose_gap_s);
-    let mut losses =
-        for_each(bag, &[topics.scan.as_str(), topics.pose.as_str()], &progress, |message| {
-            if *message.topic == *topics.scan {
-                turns.take(message);
-            } else {
-                match topics.pose_kind.read(message) {
-                    Some(pose) => poses.push(pose),
-                    None => poses.skip(),
-                }
-            }
-        })?;
+    let mut pose_reader = PoseReader::new(&topics.poses);
+    let of_times = [&[topics.scan.as_str()], pose_topics.as_slice()].concat();
+    let mut losses = for_each(bag, &of_times, &progress, |message| {
+        if *message.topic == *topics.scan {
+            turns.take(message);
+        } else {
+            pose_reader.take(message, &mut poses);
+        }
+    })?;
+    pose_reader.finish(&mut poses);
     turns.complete();
     let chosen = choose(&candidates(&turns, &poses, choosing), choosing.most_cycles);
     if chosen.scans.is_empty() {
@@ -104,7 +104,7 @@ pub(crate) fn read(
         ))
         .fix(format!(
             "is {} published while the scanner turns, with the same clock?",
-            topics.pose
+            topics.poses.name()
         )));
     }
 

@@ -1,6 +1,7 @@
 use std::path::Path;
 
 use clap::Parser;
+use detection::shell::DetectionParameters;
 use node_shell::parameters::{self, Assignment};
 use simulator::{CrossingObject, PathName, Platform, Scenario, SceneName};
 

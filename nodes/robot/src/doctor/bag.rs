@@ -7,12 +7,13 @@ mod rules;
 mod versions;
 
 use bag_player::Bag;
-use detection::shell::DetectionParameters;
 
 use super::finding::Finding;
 use super::machine::ReceiveBuffer;
 use crate::failure::Failure;
+use crate::run::choose_inputs;
 use crate::run::inputs::TopicArgs;
+use crate::run::parameters::PipelineParameters;
 use reading::BagFacts;
 
 /// Reads the whole bag and returns the findings about it. `parameters` are those of a run, given by the user or not; `buffer` is what this machine
@@ -20,18 +21,21 @@ use reading::BagFacts;
 pub(super) fn findings(
     bag: &Bag,
     topics: &TopicArgs,
-    (parameters, are_given): (&DetectionParameters, bool),
+    (mut parameters, are_given): (PipelineParameters, bool),
     buffer: Option<&ReceiveBuffer>,
 ) -> Result<Vec<Finding>, Failure> {
-    let facts = BagFacts::read(bag, topics, parameters)?;
+    let node = parameters.detection_node();
+    let facts = BagFacts::read(bag, topics, node)?;
     let mut findings = rules::losses(&facts);
     findings.push(rules::choice(&facts));
     findings.extend(facts.topics.iter().flat_map(|(topic, facts)| rules::topic(topic, facts)));
-    findings.extend(rules::together(&facts, &parameters.config));
+    findings.extend(rules::together(&facts, &node.config));
     findings.extend(across::findings(&facts));
-    let extrinsics = extrinsics::finding(bag, &facts, parameters);
-    let unknown = || extrinsics::unknown(&facts, parameters, are_given);
-    findings.extend(extrinsics.or_else(unknown).or_else(|| extrinsics::not_checked(&facts)));
+    let unknown = extrinsics::unknown(&facts, node, are_given);
+    // Where the mounts are those of tf in a run, the parameters say so now. What a run cannot do is said above.
+    let _placed = choose_inputs(bag, &facts.info, topics, &mut parameters);
+    let extrinsics = extrinsics::finding(bag, &facts, parameters.detection_node());
+    findings.extend(extrinsics.or(unknown).or_else(|| extrinsics::not_checked(&facts)));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }

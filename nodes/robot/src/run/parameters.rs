@@ -36,7 +36,7 @@ pub struct ParameterArgs {
     pub map_edge: Option<f64>,
     /// Make the occupancy grid for navigation, too: of the scans alone, or of the map between two heights above the floor
     #[arg(long, value_name = "SOURCE", value_parser = grid_parser())]
-    grid: Option<GridSource>,
+    pub grid: Option<GridSource>,
 }
 
 /// Reads the source of a grid off the command line.

@@ -9,10 +9,11 @@ use geometry::{ExtrinsicsSource, RayTable, RigConfig, pose_vector};
 
 use super::reading::BagFacts;
 use crate::calibrate::reader::{self, Choosing, Topics};
+use crate::calibrate::rig_poses::RigPoses;
 use crate::doctor::checks::Check;
 use crate::doctor::finding::Finding;
-use crate::run::PoseSource;
 use crate::run::inputs::{Inputs, ViewTopics};
+use crate::run::tf_frames::TfFrames;
 
 /// Cycles that are compared together, each with its image in memory: those in which the platform moves least.
 const MOST_CYCLES: usize = 20;
@@ -63,7 +64,7 @@ pub(super) fn not_checked(facts: &BagFacts) -> Option<Finding> {
     inputs.pose.topic().is_none().then(|| {
         Finding::ok(
             Check::Extrinsics,
-            "not checked: whether the scan lies on the surfaces that the camera sees is compared with poses on a topic (--pose TOPIC)",
+            "not checked: whether the scan lies on the surfaces that the camera sees takes poses around the scans, on a topic (--pose TOPIC) or by tf",
         )
     })
 }
@@ -84,13 +85,15 @@ pub(super) fn finding(
         max_image_offset_s: config.max_cloud_offset_s,
         beam_order: config.free_space.beam_order,
     };
-    let PoseSource::Topic { topic: pose, kind: pose_kind } = &inputs.pose else { return None };
+    let frames = || TfFrames {
+        map: parameters.map_frame_id.clone(),
+        robot: config.pipeline.rig.rig_frame_id.clone(),
+    };
     let topics = Topics {
         scan: inputs.scan.clone(),
         image: image.clone(),
         camera_info: camera_info.clone(),
-        pose: pose.clone(),
-        pose_kind: *pose_kind,
+        poses: RigPoses::of(inputs, frames)?,
     };
     // Other faults of the bag are found by other rules.
     let read = reader::read(bag, &facts.info, &topics, &choosing).ok()?;
@@ -102,22 +105,28 @@ pub(super) fn finding(
     }
     let rays = RayTable::new(&camera).ok()?;
     let optics = DepthOptics { camera: &camera, rays: &rays };
-    let by_parameters = config.pipeline.rig.mounts();
-    let rig_from_camera = by_parameters.rig_from_camera;
-    let by_tf = mount_of_tf(facts, inputs).map(|camera_from_lidar| RigMounts {
-        rig_from_camera,
-        rig_from_lidar: rig_from_camera * camera_from_lidar,
-    });
+    let rig = &config.pipeline.rig;
+    let by_parameters = rig.mounts();
+    let by_tf = mounts_of_tf(facts, inputs, rig);
     let limit_m = parameters.extrinsics_limit_m;
     let judged = |mounts: &RigMounts| judge(&cycles, optics, mounts, limit_m);
     let tf = by_tf.map(|mounts| (judged(&mounts), mounts));
     from_verdicts(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)
 }
 
-fn mount_of_tf(facts: &BagFacts, inputs: &Inputs) -> Option<nalgebra::Isometry3<f64>> {
+/// The mounts of the sensors by tf; that of the camera by the parameters, where these do not leave it to tf.
+fn mounts_of_tf(facts: &BagFacts, inputs: &Inputs, rig: &RigConfig) -> Option<RigMounts> {
     let ViewTopics::Depth { image, .. } = &inputs.view else { return None };
     let frame = |topic: &str| facts.topics.get(topic)?.content.frame();
-    facts.transforms.tree().lookup_latest(frame(image)?, frame(&inputs.scan)?).ok()
+    let (camera, scanner) = (frame(image)?, frame(&inputs.scan)?);
+    let tree = facts.transforms.tree();
+    let rig_from_camera = if rig.extrinsics == ExtrinsicsSource::TfFromRig {
+        tree.lookup_latest(&rig.rig_frame_id, camera).ok()?
+    } else {
+        rig.mounts().rig_from_camera
+    };
+    let camera_from_lidar = tree.lookup_latest(camera, scanner).ok()?;
+    Some(RigMounts { rig_from_camera, rig_from_lidar: rig_from_camera * camera_from_lidar })
 }
 
 fn judge(

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bag_player::{BagWriter, Loss, LossKind, OfferedQos};
+use detection::shell::DetectionParameters;
 use geometry::{CameraModel, Distortion, Stamp};
 use msgs::RosMessage;
 use msgs::convert;
@@ -12,6 +13,7 @@ use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
 use super::*;
 use crate::doctor::checks::Check;
 use crate::doctor::finding::Severity;
+use crate::run::parameters::ParameterArgs;
 
 /// A bag of two seconds: images at 30 Hz, scans at 10 Hz, poses at 20 Hz.
 struct Recording {
@@ -105,13 +107,17 @@ fn put<M: RosMessage>(writer: &mut BagWriter, topic: &str, messages: &[(Stamp, M
     }
 }
 
+fn defaults() -> PipelineParameters {
+    PipelineParameters::load(&ParameterArgs::default()).unwrap()
+}
+
 fn findings_of(path: &Path) -> Vec<Finding> {
     let buffer =
         ReceiveBuffer { granted_bytes: 1 << 20, asked_bytes: 1 << 20, largest_safe_bytes: 1 << 20 };
     let bag = Bag::open(path).unwrap();
-    let parameters = DetectionParameters::default();
+    let parameters = defaults();
     // The mount is given, so that it is no finding that these bags do not show it.
-    findings(&bag, &TopicArgs::default(), (&parameters, true), Some(&buffer)).unwrap()
+    findings(&bag, &TopicArgs::default(), (parameters, true), Some(&buffer)).unwrap()
 }
 
 /// Regression: a bag without tf, which does not show where the scanner is, had no finding about it.
@@ -119,15 +125,18 @@ fn findings_of(path: &Path) -> Vec<Finding> {
 fn a_mount_that_nothing_says_is_found_with_the_command_that_determines_it() {
     let folder = tempfile::tempdir().unwrap();
     let bag = Bag::open(&Recording::healthy().write(folder.path())).unwrap();
-    let faults = |parameters: &DetectionParameters| -> Vec<Finding> {
+    let faults = |files: Vec<PathBuf>| -> Vec<Finding> {
+        let args = ParameterArgs { files, ..ParameterArgs::default() };
+        let parameters = PipelineParameters::load(&args).unwrap();
         let findings = findings(&bag, &TopicArgs::default(), (parameters, false), None).unwrap();
         findings.into_iter().filter(|one| one.severity != Severity::Ok).collect()
     };
-    let mut parameters = DetectionParameters::default();
     let parts = ["neither tf (camera to laser) nor a parameter file", "stillmap calibrate BAG"];
-    only_fault(&faults(&parameters), Severity::Warn, &parts);
-    parameters.config.pipeline.rig.rig_from_lidar[2] = -0.1;
-    assert_eq!(faults(&parameters), []);
+    only_fault(&faults(Vec::new()), Severity::Warn, &parts);
+    let file = folder.path().join("mount.yaml");
+    let mount = "/**: {ros__parameters: {rig_from_lidar: [0.0, 0.0, -0.1, 0.0, 0.0, 0.0]}}\n";
+    std::fs::write(&file, mount).unwrap();
+    assert_eq!(faults(vec![file]), []);
 }
 
 /// The one finding that is not ok.
@@ -175,8 +184,7 @@ fn what_is_not_checked_without_a_topic_of_poses_is_said() {
     let bag = Bag::open(&Recording::healthy().write(folder.path())).unwrap();
     let mut topics = TopicArgs::default();
     topics.pose = Some("tf".to_owned());
-    let parameters = DetectionParameters::default();
-    let findings = findings(&bag, &topics, (&parameters, true), None).unwrap();
+    let findings = findings(&bag, &topics, (defaults(), true), None).unwrap();
     let said = |check: Check| {
         let of_check = findings.iter().filter(|one| one.check == check);
         of_check.map(|one| one.what.clone()).collect::<Vec<_>>().join("; ")

@@ -30,8 +30,7 @@ fn mounts_are_those_of_tf_where_it_has_them_and_no_parameter_says_otherwise() {
         let on_robot: Vec<_> = on_robot.iter().map(|frame| (*frame, place)).collect();
         tf_bag::write(&bag, &on_robot);
         let opened = Bag::open(&bag).unwrap();
-        let mut args = ParameterArgs::default();
-        args.files = files;
+        let args = ParameterArgs { files, ..ParameterArgs::default() };
         let mut parameters = PipelineParameters::load(&args).unwrap();
         let mut topics = TopicArgs::default();
         topics.pose = Some("tf".to_owned());
