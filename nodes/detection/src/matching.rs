@@ -51,7 +51,6 @@ pub struct Matcher<S, C> {
     latest_scan: Option<Stamp>,
     latest_cloud: Option<Stamp>,
     latest_pose: Option<Stamp>,
-    discarded_clouds: u64,
 }
 
 impl<S, C: Clone> Matcher<S, C> {
@@ -75,7 +74,6 @@ impl<S, C: Clone> Matcher<S, C> {
             latest_scan: None,
             latest_cloud: None,
             latest_pose: None,
-            discarded_clouds: 0,
         }
     }
 
@@ -151,12 +149,6 @@ impl<S, C: Clone> Matcher<S, C> {
     #[must_use]
     pub fn waiting_clouds(&self) -> usize {
         self.clouds.len()
-    }
-
-    /// How many clouds were dropped because `max_waiting_clouds` were waiting already.
-    #[must_use]
-    pub fn discarded_clouds(&self) -> u64 {
-        self.discarded_clouds
     }
 
     /// Whether a message of `stamp` is accepted. Updates the latest stamp of its input, and drops the scans that have waited
@@ -258,7 +250,7 @@ impl<S, C: Clone> Matcher<S, C> {
         while self.scans.len() > self.limits.waiting_scans {
             self.drop_first(DropCause::TooManyWaiting { waiting: self.scans.len() }, events);
         }
-        self.discard_clouds();
+        self.discard_clouds(events);
     }
 
     fn decide(&self, scan_stamp: Stamp) -> Decision<C> {
@@ -292,24 +284,43 @@ impl<S, C: Clone> Matcher<S, C> {
         cloud.into_iter().chain(pose).collect()
     }
 
-    /// Drops the clouds that no scan can match any more.
-    fn discard_clouds(&mut self) {
-        // An older scan has been decided, or will be dropped as late.
-        let oldest_scan = match self.scans.front() {
-            Some((stamp, _)) => Some(*stamp),
-            None => {
-                let limit = self.newest.map(|newest| newest.plus_seconds(-self.limits.wait_s));
-                self.latest_scan.max(limit)
+    /// Drops the clouds that neither a waiting scan nor one to come can match; where too many are left, the oldest that no waiting
+    /// scan matches, and then the scan that has waited longest with its cloud.
+    fn discard_clouds(&mut self, events: &mut Vec<MatchEvent<S, C>>) {
+        loop {
+            let of_waiting = self.clouds_of_waiting_scans();
+            let is_of_waiting = |stamp: &Stamp| of_waiting.binary_search(stamp).is_ok();
+            // A scan to come is later than the last one, and will not have waited too long.
+            let not_late = self.newest.map(|newest| newest.plus_seconds(-self.limits.wait_s));
+            let to_come = self.latest_scan.max(not_late);
+            let of_those = to_come.map(|scan| scan.plus_seconds(-self.limits.cloud_offset_s));
+            // The newest one decides which cloud is the nearest to the scans before it.
+            let newest = self.latest_cloud;
+            self.clouds.retain(|(stamp, _)| {
+                Some(*stamp) >= of_those || Some(*stamp) == newest || is_of_waiting(stamp)
+            });
+            if self.clouds.len() <= self.limits.waiting_clouds {
+                return;
             }
+            match self.clouds.iter().position(|(stamp, _)| !is_of_waiting(stamp)) {
+                Some(unneeded) => {
+                    self.clouds.remove(unneeded);
+                }
+                None => {
+                    let waiting = self.scans.len();
+                    self.drop_first(DropCause::TooManyWaiting { waiting }, events);
+                }
+            }
+        }
+    }
+
+    /// The stamps of the clouds that waiting scans match, in their order.
+    fn clouds_of_waiting_scans(&self) -> Vec<Stamp> {
+        let of_scan = |(scan, _): &(Stamp, S)| match nearest(&self.clouds, *scan) {
+            Nearest::At(stamp, _) => Some(stamp),
+            Nearest::Undecided => None,
         };
-        let oldest_cloud = oldest_scan.map(|scan| scan.plus_seconds(-self.limits.cloud_offset_s));
-        while self.clouds.front().is_some_and(|(stamp, _)| Some(*stamp) < oldest_cloud) {
-            self.clouds.pop_front();
-        }
-        while self.clouds.len() > self.limits.waiting_clouds {
-            self.clouds.pop_front();
-            self.discarded_clouds += 1;
-        }
+        self.scans.iter().filter_map(of_scan).collect()
     }
 }
 
