@@ -114,7 +114,7 @@ fn times_of(
             (rectification.rectify(&gray).unwrap(), rectification.rectify_depth(&depth).unwrap())
         };
         marks.push(("rectification", Instant::now()));
-        let frame = extractor.extract(&gray, &depth, &target);
+        let frame = extractor.extract(&gray, &depth, &target).unwrap();
         marks.push(("points and lines with their depths", Instant::now()));
         tracker.step(&frame, &target, &Hints::default());
         marks.push(("pose and map", Instant::now()));

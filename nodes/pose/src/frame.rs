@@ -10,7 +10,7 @@ use geometry::Stamp;
 
 pub use config::FrameConfig;
 pub use depth::{MeasuredDepth, depth_noise_m};
-pub use extraction::FrameExtractor;
+pub use extraction::{FrameExtractor, FrameInputError};
 pub use left_out::{LeftOut, MovingThing};
 pub use rolling_shutter::Twist;
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use estimation::executor::{join, map};
 use estimation::{Executor, Serial};
-use geometry::{CameraModel, DepthImage, ParameterError};
+use geometry::{CameraModel, CameraModelError, DepthImage, ParameterError};
 
 use super::depth::depth_at;
 use super::{Frame, FrameConfig, MeasuredDepth};
@@ -55,9 +55,18 @@ impl FrameExtractor {
         &self.config
     }
 
-    /// The features of a rectified gray image and the depth image that belongs to it, pixel by pixel. Its stamp is that of
-    /// the depth image.
-    pub fn extract(&mut self, gray: &GrayImage, depth: &DepthImage, camera: &CameraModel) -> Frame {
+    /// The features of a rectified gray image and the depth image that belongs to it, pixel by pixel; `camera` is that of both. Its
+    /// stamp is that of the depth image.
+    ///
+    /// # Errors
+    /// When the three do not belong together, or the camera is none of rectified images.
+    pub fn extract(
+        &mut self,
+        gray: &GrayImage,
+        depth: &DepthImage,
+        camera: &CameraModel,
+    ) -> Result<Frame, FrameInputError> {
+        check_inputs(gray, depth, camera)?;
         let Self { config, executor, points, lines: detector } = self;
         let pair = Pair { gray, depth, camera, config };
         let ((corners, corner_depths), segments) =
@@ -65,8 +74,47 @@ impl FrameExtractor {
         let runs = segments.chunks(SEGMENTS_AT_ONCE).collect();
         let described = map(&**executor, runs, |run| pair.described(detector, run));
         let (lines, lines_in_space) = described.into_iter().flatten().unzip();
-        Frame { stamp: depth.stamp, corners, corner_depths, lines, lines_in_space }
+        Ok(Frame { stamp: depth.stamp, corners, corner_depths, lines, lines_in_space })
     }
+}
+
+/// Images that cannot be looked for features in together.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum FrameInputError {
+    /// They are not of one size.
+    #[error(
+        "the gray image, the depth image and the camera must have one size: they have {} x {}, {} x {} and {} x {} pixels",
+        gray_px.0, gray_px.1, depth_px.0, depth_px.1, camera_px.0, camera_px.1
+    )]
+    Sizes {
+        /// Width and height of the gray image.
+        gray_px: (usize, usize),
+        /// Of the depth image.
+        depth_px: (usize, usize),
+        /// Of the camera's images.
+        camera_px: (usize, usize),
+    },
+    /// The camera's numbers are none of a camera.
+    #[error("the camera: {0}")]
+    Camera(#[from] CameraModelError),
+    /// The camera has distortion, so that its images are not rectified.
+    #[error("the camera has distortion: rectify its images first")]
+    Distorted,
+}
+
+fn check_inputs(
+    gray: &GrayImage,
+    depth: &DepthImage,
+    camera: &CameraModel,
+) -> Result<(), FrameInputError> {
+    let gray_px = (gray.width_px(), gray.height_px());
+    let depth_px = (depth.width_px(), depth.height_px());
+    let camera_px = (camera.width_px, camera.height_px);
+    if gray_px != depth_px || gray_px != camera_px {
+        return Err(FrameInputError::Sizes { gray_px, depth_px, camera_px });
+    }
+    camera.validate()?;
+    if camera.distortion.is_none() { Ok(()) } else { Err(FrameInputError::Distorted) }
 }
 
 /// Corners, and how far each is.
@@ -159,7 +207,32 @@ mod tests {
     fn extracted(config: FrameConfig, count: usize) -> Frame {
         let (gray, depth, camera) = images();
         let extractor = FrameExtractor::new(config).unwrap();
-        extractor.with_executor(Arc::new(threads(count))).extract(&gray, &depth, &camera)
+        extractor.with_executor(Arc::new(threads(count))).extract(&gray, &depth, &camera).unwrap()
+    }
+
+    /// Regression: a depth image of another size than the gray one was read at the pixels of the other grid, and gave wrong poses.
+    #[test]
+    fn images_that_do_not_belong_together_are_refused() {
+        let (gray, depth, camera) = images();
+        let mut extractor = FrameExtractor::new(FrameConfig::default()).unwrap();
+        let half_px = SIDE_PX / 2;
+        let half = DepthPixels::Metres(vec![1.0; half_px * half_px]);
+        let half = DepthImage::new(depth.stamp, "camera".to_owned(), (half_px, half_px), half);
+        let sizes = extractor.extract(&gray, &half.unwrap(), &camera).unwrap_err();
+        let side_px = (SIDE_PX, SIDE_PX);
+        let depth_px = (half_px, half_px);
+        let expected = FrameInputError::Sizes { gray_px: side_px, depth_px, camera_px: side_px };
+        assert_eq!(sizes, expected);
+        assert!(sizes.to_string().contains("320 x 320, 160 x 160 and 320 x 320"), "{sizes}");
+        let mut refused = |camera: CameraModel| extractor.extract(&gray, &depth, &camera).err();
+        assert!(matches!(
+            refused(CameraModel { fx_px: f64::NAN, ..camera }),
+            Some(FrameInputError::Camera(CameraModelError::FocalLength { .. }))
+        ));
+        let distortion = Distortion::PlumbBob([0.1, 0.0, 0.0, 0.0, 0.0]);
+        let distorted = CameraModel { distortion, ..camera };
+        assert_eq!(refused(distorted), Some(FrameInputError::Distorted));
+        assert_eq!(refused(camera), None);
     }
 
     #[test]

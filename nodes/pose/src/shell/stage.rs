@@ -225,7 +225,10 @@ impl Stage {
         };
         timer.end_of("convert");
         let RectifiedPair { gray, depth, camera } = pair;
-        let frame = self.extractor.extract(&gray, &depth, &camera);
+        let frame = match self.extractor.extract(&gray, &depth, &camera) {
+            Ok(frame) => frame,
+            Err(error) => return self.drop_frame(stamp, "unusable image", &error.to_string()),
+        };
         timer.end_of("features");
         let moving = self.knowledge.moving(stamp, self.output.frames());
         let motion = self.follower.tracker().config().motion;

@@ -1,5 +1,6 @@
 //! One run on a sequence.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -134,27 +135,17 @@ fn seen(
     extractor: &mut FrameExtractor,
 ) -> Result<(Frame, CameraModel), Failure> {
     let failed = |error: &dyn std::fmt::Display| Failure::new(error.to_string());
-    let CameraModel { width_px, height_px, .. } = images.camera;
     let gray = gray_from_raw(&images.color.raw()?).map_err(|error| failed(&error))?;
-    let depth_size_px = (images.depth.width_px(), images.depth.height_px());
-    if depth_size_px != (width_px, height_px) {
-        return Err(Failure::new(format!(
-            "a colour image of {width_px} x {height_px} pixels, and depths of {} x {}",
-            depth_size_px.0, depth_size_px.1
-        )));
-    }
-    Ok(match rectification {
+    let (gray, depth, camera) = match rectification {
         Some(table) => {
             let gray = table.rectify(&gray).map_err(|error| failed(&error))?;
             let depth = table.rectify_depth(&images.depth).map_err(|error| failed(&error))?;
-            let camera = *table.target();
-            (extractor.extract(&gray, &depth, &camera), camera)
+            (gray, Cow::Owned(depth), *table.target())
         }
-        None => {
-            let camera = images.camera;
-            (extractor.extract(&gray, &images.depth, &camera), camera)
-        }
-    })
+        None => (gray, Cow::Borrowed(&images.depth), images.camera),
+    };
+    let frame = extractor.extract(&gray, &depth, &camera).map_err(|error| failed(&error))?;
+    Ok((frame, camera))
 }
 
 impl Follower {
