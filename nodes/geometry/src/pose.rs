@@ -4,6 +4,7 @@ mod buffer;
 #[cfg(test)]
 mod tests;
 
+use estimation::perturbation::is_rotation;
 use nalgebra::{Isometry3, Matrix4, Translation3, UnitQuaternion};
 
 use crate::Stamp;
@@ -32,6 +33,12 @@ pub enum UnusablePose {
     /// A number of it is not finite.
     #[error("the pose has a number that is not finite: its source has lost its track")]
     NotFinite,
+    /// Its quaternion is no rotation: its source sends zeros, or has not normalised it.
+    #[error("the pose has a quaternion of length {length}, where that of a rotation is 1")]
+    NotARotation {
+        /// The length.
+        length: f64,
+    },
     /// It lies beyond [`FARTHEST_POSE_M`].
     #[error(
         "the pose lies {distance_m:.0} m from the origin of its frame, and {FARTHEST_POSE_M} m is the most: \
@@ -46,12 +53,15 @@ pub enum UnusablePose {
 /// Whether clouds can be taken to the frame that a pose leads to.
 ///
 /// # Errors
-/// When the pose has a number that is not finite, or lies too far from the origin.
+/// When the pose has a number that is not finite, its quaternion is no rotation, or it lies too far from the origin.
 pub fn check_pose(pose: &Isometry3<f64>) -> Result<(), UnusablePose> {
     let Isometry3 { translation, rotation } = pose;
     let mut numbers = translation.vector.iter().chain(rotation.coords.iter());
     if !numbers.all(|number| number.is_finite()) {
         return Err(UnusablePose::NotFinite);
+    }
+    if !is_rotation(rotation) {
+        return Err(UnusablePose::NotARotation { length: rotation.coords.norm() });
     }
     let distance_m = translation.vector.norm();
     if distance_m > FARTHEST_POSE_M {

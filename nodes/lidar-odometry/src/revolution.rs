@@ -12,6 +12,7 @@ mod builder;
 mod deskew;
 
 pub use assembly::{AssemblyConfigError, AssemblyCounts, PacketClock, RevolutionAssembly};
+pub(crate) use builder::LONGEST_S;
 pub use builder::{
     BuiltRevolution, KeptEcho, RevolutionBuilder, RevolutionConfig, RevolutionConfigError,
 };

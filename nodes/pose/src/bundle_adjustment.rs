@@ -31,7 +31,7 @@ use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Point3};
 
 pub use config::{BundleConfig, MotionConfig, MotionStdDev, WindowConfig};
-use estimation::perturbation::is_finite;
+use estimation::perturbation::is_rigid;
 pub use motion::Motion;
 pub use window::{Applied, StaleWindow, Window};
 pub(crate) use window::{line_observation, point_observation};
@@ -197,7 +197,7 @@ impl Bundle {
                 Err(PoseError::Camera(error)) => return Err(error.into()),
                 Err(_) => return Err(BundleError::NotRectified { pose }),
             }
-            if !is_finite(&of_pose.camera_from_map) {
+            if !is_rigid(&of_pose.camera_from_map) {
                 return Err(BundleError::NotFinite { what: "pose", index: pose });
             }
         }

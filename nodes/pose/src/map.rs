@@ -45,13 +45,12 @@ use serde::{Deserialize, Serialize};
 pub use arena::{Arena, Id};
 pub use consistency::Inconsistency;
 pub use culling::CulledKeyframe;
-use estimation::perturbation::is_finite;
+use estimation::perturbation::is_rigid;
 pub use fusion::Fused;
 pub use insertion::{NewKeyframe, NewLine};
 pub use keyframe::{ByOdometry, Keyframe, LoopEdge, Shared};
 pub use landmark::{FoundTimes, Landmark, MapLine, MapPoint, PointLook, Sightings};
 pub use memory::MapMemory;
-pub(crate) use parts::is_pose;
 pub use parts::{KeyframePart, LinePart, MapParts, PartsError, PointPart};
 
 use crate::solve::PluckerLine;
@@ -212,7 +211,7 @@ impl Map {
         keyframe: KeyframeId,
         camera_from_map: &Isometry3<f64>,
     ) -> Result<(), MapError> {
-        if !is_finite(camera_from_map) {
+        if !is_rigid(camera_from_map) {
             return Err(MapError::NotFinite);
         }
         let found = self.keyframes.get_mut(keyframe).ok_or(MapError::NoKeyframe(keyframe))?;
@@ -265,7 +264,7 @@ impl Map {
         if keyframe == other {
             return Err(MapError::WithItself);
         }
-        if !is_finite(camera_from_other) {
+        if !is_rigid(camera_from_other) {
             return Err(MapError::NotFinite);
         }
         for id in [keyframe, other] {

@@ -79,7 +79,7 @@ fn finite(
     camera_from_map: Isometry3<f64>,
     covariance: Matrix6<f64>,
 ) -> Result<PoseGuess, NoPrediction> {
-    let finite = estimation::perturbation::is_finite(&camera_from_map)
+    let finite = estimation::perturbation::is_rigid(&camera_from_map)
         && covariance.iter().all(|value| value.is_finite());
     let guess = PoseGuess { camera_from_map, covariance: Some(covariance) };
     if finite { Ok(guess) } else { Err(NoPrediction::NotFinite) }

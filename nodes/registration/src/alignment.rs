@@ -3,7 +3,7 @@
 use estimation::covariance::{scaled, symmetrized};
 use estimation::observability::restricted;
 use estimation::perturbation::composite::perturbed;
-use estimation::perturbation::{is_finite, parts};
+use estimation::perturbation::{is_rigid, parts};
 use estimation::{Executor, Observability};
 use nalgebra::{Isometry3, Matrix6, Vector6};
 
@@ -68,7 +68,7 @@ pub fn align<S: Surface>(
     executor: &dyn Executor,
 ) -> Result<Registration, RegistrationError> {
     config.validate()?;
-    if !is_finite(guess) {
+    if !is_rigid(guess) {
         return Err(RegistrationError::Guess);
     }
     let rules = Rules {

@@ -131,6 +131,14 @@ pub fn check_positive(values: &[(&'static str, f64)]) -> Result<(), ParameterErr
     values.iter().try_for_each(|(name, value)| positive(name, *value))
 }
 
+/// That an edge of voxels is between a millimetre and ten metres: it holds a surface, and their number fits an integer.
+///
+/// # Errors
+/// When it is not, by its name.
+pub fn check_voxel_edge(name: &'static str, edge_m: f64) -> Result<(), ParameterError> {
+    check(name, "in 0.001 .. 10 metres", edge_m, (0.001..=10.0).contains(&edge_m))
+}
+
 impl PreparationConfig {
     /// No plane is fitted to more points.
     pub const MOST_NEIGHBOURS: usize = super::kd_tree::MOST_NEIGHBOURS;
@@ -140,8 +148,10 @@ impl PreparationConfig {
     /// # Errors
     /// The first parameter out of its range, with its name, its value and what is accepted.
     pub fn validate(&self) -> Result<(), ParameterError> {
-        let edge = self.voxel_edge_m;
-        check("voxel_edge_m", "0 or more metres", edge, edge.is_finite() && edge >= 0.0)?;
+        // At 0 all points are kept.
+        if self.voxel_edge_m != 0.0 {
+            check_voxel_edge("voxel_edge_m", self.voxel_edge_m)?;
+        }
         let neighbours = self.neighbours;
         let holds = (4..=Self::MOST_NEIGHBOURS).contains(&neighbours);
         check("neighbours", "in 4 .. 32", neighbours as f64, holds)
@@ -159,11 +169,11 @@ impl RegistrationConfig {
             ("coarse.max_correspondence_m", self.coarse.max_correspondence_m),
             ("coarse.settled_m", self.coarse.settled_m),
             ("coarse.settled_rad", self.coarse.settled_rad),
-            ("target_voxel_edge_m", self.target_voxel_edge_m),
             ("kernel_width_m", self.kernel_width_m),
             ("settled_m", self.settled_m),
             ("settled_rad", self.settled_rad),
         ])?;
+        check_voxel_edge("target_voxel_edge_m", self.target_voxel_edge_m)?;
         let share = self.min_constrained_share;
         check("min_constrained_share", "in [0, 1)", share, (0.0..1.0).contains(&share))?;
         let iterations = self.max_iterations;
@@ -186,12 +196,14 @@ mod tests {
     fn the_defaults_are_valid_and_each_bad_parameter_is_named() {
         type Spoil = fn(&mut RegistrationConfig);
         assert_eq!(RegistrationConfig::default().validate(), Ok(()));
-        let cases: [(&str, Spoil); 6] = [
+        let cases: [(&str, Spoil); 7] = [
             ("max_correspondence_m", |c| c.max_correspondence_m = 0.0),
             ("coarse.settled_m", |c| c.coarse.settled_m = f64::NAN),
             ("kernel_width_m", |c| c.kernel_width_m = f64::INFINITY),
             ("min_constrained_share", |c| c.min_constrained_share = 1.0),
             ("max_iterations", |c| c.max_iterations = 0),
+            // Regression: it was accepted, and the result said to have converged 2 m off.
+            ("target_voxel_edge_m", |c| c.target_voxel_edge_m = 1e-9),
             ("min_correspondences", |c| c.min_correspondences = 5),
         ];
         for (name, spoil) in cases {
@@ -202,6 +214,9 @@ mod tests {
         assert_eq!(PreparationConfig::default().validate(), Ok(()));
         let preparation = PreparationConfig::default();
         assert!(PreparationConfig { neighbours: 33, ..preparation }.validate().is_err());
-        assert!(PreparationConfig { voxel_edge_m: -0.1, ..preparation }.validate().is_err());
+        for voxel_edge_m in [-0.1, 1e-9, 1e9, f64::NAN] {
+            assert!(PreparationConfig { voxel_edge_m, ..preparation }.validate().is_err());
+        }
+        assert_eq!(PreparationConfig { voxel_edge_m: 0.0, ..preparation }.validate(), Ok(()));
     }
 }

@@ -34,7 +34,7 @@ mod voxel_surface;
 
 use estimation::Executor;
 pub use estimation::RobustKernel;
-pub use estimation::perturbation::is_finite as is_finite_pose;
+pub use estimation::perturbation::{is_rigid, is_rotation};
 use nalgebra::Isometry3;
 
 pub use self::alignment::Registration;
@@ -50,7 +50,7 @@ pub type Direction = estimation::Direction<6>;
 pub type Observability = estimation::Observability<6>;
 
 pub use self::alignment::align;
-pub use self::config::check_positive;
+pub use self::config::{check_positive, check_voxel_edge};
 pub use self::surface::{Surface, SurfaceElement};
 pub use self::voxel_surface::VoxelSurface;
 pub use geometry::ParameterError;

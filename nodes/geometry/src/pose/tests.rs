@@ -1,6 +1,6 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Quaternion};
 use proptest::prelude::*;
 
 use super::*;
@@ -215,6 +215,12 @@ fn a_pose_too_far_for_single_precision_is_refused() {
     let utm = at(4.5e6);
     assert_eq!(check_pose(&utm), Err(UnusablePose::TooFar { distance_m: 4.5e6 }));
     assert_eq!(check_pose(&at(f64::NAN)), Err(UnusablePose::NotFinite));
+    // Regression: it was taken, and the map stayed empty.
+    for w in [0.0, 2.0] {
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, 0.0, 0.0, 0.0));
+        let none = Isometry3::from_parts(Translation3::identity(), rotation);
+        assert_eq!(check_pose(&none), Err(UnusablePose::NotARotation { length: w }));
+    }
     // Accepted poses keep points apart that are a tenth of a voxel apart.
     let point_m = at(FARTHEST_POSE_M).cast::<f32>() * nalgebra::Point3::new(0.0_f32, 0.0, 0.0);
     let next_m = at(FARTHEST_POSE_M).cast::<f32>() * nalgebra::Point3::new(0.008_f32, 0.0, 0.0);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::registration::{
     CoarseConfig, ParameterError, PreparationConfig, RegistrationConfig, check, check_positive,
-    is_finite_pose,
+    is_rigid,
 };
 
 /// The parameters of [`super::LoopCloser`].
@@ -126,7 +126,7 @@ impl LoopClosingConfig {
         let step_m = |last: &Isometry3<f64>| {
             (odom_from_vehicle.translation.vector - last.translation.vector).norm()
         };
-        is_finite_pose(odom_from_vehicle)
+        is_rigid(odom_from_vehicle)
             && last.is_none_or(|last| step_m(last) >= self.keyframe_distance_m)
     }
 

@@ -117,9 +117,9 @@ impl LoopCloser {
     fn place_m(&self, keyframe: usize) -> Option<Vec<Point3<f32>>> {
         let vehicle_from_odom = self.keyframes.get(keyframe)?.odom_from_vehicle.inverse();
         let first = keyframe.saturating_sub(self.config.neighbours);
-        let count = keyframe + self.config.neighbours + 1 - first;
+        let last = keyframe.saturating_add(self.config.neighbours).min(self.keyframes.len() - 1);
         let mut points_m = Vec::new();
-        for other in self.keyframes.iter().skip(first).take(count) {
+        for other in self.keyframes.range(first..=last) {
             let motion = (vehicle_from_odom * other.odom_from_vehicle).cast::<f32>();
             points_m.extend(other.points_m.iter().map(|point_m| motion * point_m));
         }

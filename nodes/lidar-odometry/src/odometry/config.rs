@@ -1,10 +1,11 @@
 //! The parameters of the odometry, their defaults, and where these come from.
 
+use geometry::FARTHEST_POSE_M;
 use serde::{Deserialize, Serialize};
 
 use crate::registration::{
     CoarseConfig, ParameterError, PreparationConfig, RegistrationConfig, RobustKernel, check,
-    check_positive,
+    check_positive, check_voxel_edge,
 };
 
 /// The parameters of [`super::LidarOdometry`].
@@ -74,11 +75,17 @@ impl LidarOdometryConfig {
         self.preparation.validate()?;
         self.registration.validate()?;
         check_positive(&[
-            ("max_range_m", self.max_range_m),
-            ("map_voxel_edge_m", self.map_voxel_edge_m),
             ("first_deviation_m", self.first_deviation_m),
             ("min_deviation_m", self.min_deviation_m),
         ])?;
+        check_voxel_edge("map_voxel_edge_m", self.map_voxel_edge_m)?;
+        let farthest = self.max_range_m;
+        check(
+            "max_range_m",
+            "above 0, and no farther than a pose may be (100000)",
+            farthest,
+            farthest > 0.0 && farthest <= FARTHEST_POSE_M,
+        )?;
         let nearest = self.min_range_m;
         check(
             "min_range_m",
@@ -106,10 +113,13 @@ mod tests {
     fn the_defaults_are_valid_and_each_bad_parameter_is_named() {
         type Spoil = fn(&mut LidarOdometryConfig);
         assert_eq!(LidarOdometryConfig::default().validate(), Ok(()));
-        let cases: [(&str, Spoil); 7] = [
+        let cases: [(&str, Spoil); 9] = [
             ("min_range_m", |c| c.min_range_m = 100.0),
             ("max_range_m", |c| c.max_range_m = f64::NAN),
             ("map_voxel_edge_m", |c| c.map_voxel_edge_m = 0.0),
+            // Regression: they were accepted, and scans matched a hundred metres off.
+            ("map_voxel_edge_m", |c| c.map_voxel_edge_m = 1e9),
+            ("max_range_m", |c| c.max_range_m = 1e300),
             ("map_memory_points", |c| c.map_memory_points = 0),
             ("max_map_voxels", |c| c.max_map_voxels = 10),
             ("neighbours", |c| c.preparation.neighbours = 1),

@@ -4,6 +4,8 @@ use estimation::Twist;
 use geometry::LidarCloud;
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
+use crate::revolution::LONGEST_S;
+
 /// The scan is cut into this many stretches of time, whose points are moved alike: at 30 m/s and ten turns a second the
 /// sensor moves by 3 mm within one.
 const STRETCHES: usize = 1024;
@@ -16,14 +18,16 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// From the first to the last of the finite times; `None` without any.
+    /// From the first to the last of the times within [`LONGEST_S`] of the stamp; `None` without any.
     pub(super) fn of(times_s: &[f32]) -> Option<Self> {
-        let finite = times_s.iter().copied().filter(|time_s| time_s.is_finite());
-        let (first_s, last_s) = finite
-            .fold((f32::INFINITY, f32::NEG_INFINITY), |(first, last), time_s| {
+        let (first_s, last_s) = times_s
+            .iter()
+            .map(|time_s| f64::from(*time_s))
+            .filter(|time_s| time_s.abs() <= LONGEST_S)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), time_s| {
                 (first.min(time_s), last.max(time_s))
             });
-        (first_s <= last_s).then(|| Self { first_s: first_s.into(), last_s: last_s.into() })
+        (first_s <= last_s).then_some(Self { first_s, last_s })
     }
 
     /// The middle: to it the points are moved.
@@ -32,8 +36,8 @@ impl Span {
     }
 }
 
-/// The points in the sensor's frame of the middle of the scan, while it moved with this velocity. A point without a finite
-/// time becomes not a number.
+/// The points in the sensor's frame of the middle of the scan, while it moved with this velocity. A point without a time
+/// within the span becomes not a number.
 pub(super) fn deskewed(
     points_m: &[Point3<f32>],
     times_s: &[f32],
@@ -49,8 +53,9 @@ pub(super) fn deskewed(
         .collect();
     let to_stretch = STRETCHES as f64 / length_s;
     let moved = |(point, time_s): (&Point3<f32>, &f32)| {
-        let since_s = f64::from(*time_s) - span.first_s;
-        if !since_s.is_finite() {
+        let time_s = f64::from(*time_s);
+        let since_s = time_s - span.first_s;
+        if !(span.first_s..=span.last_s).contains(&time_s) {
             return Point3::new(f32::NAN, f32::NAN, f32::NAN);
         }
         let stretch = ((since_s * to_stretch) as usize).min(STRETCHES - 1);
@@ -61,8 +66,8 @@ pub(super) fn deskewed(
 }
 
 /// The points of a cloud as if all had been measured at the middle of its times, while the scanner moved as from the pose
-/// before: by `last_from_now` in `passed_s`. Those of a cloud without times stay, and points without a finite time become not a
-/// number.
+/// before: by `last_from_now` in `passed_s`. Those of a cloud without times stay, and points without a time within ten seconds of
+/// the stamp become not a number.
 #[must_use]
 pub fn deskewed_cloud(
     cloud: &LidarCloud,
@@ -111,10 +116,12 @@ mod tests {
     fn times_of_no_use_are_left_out() {
         assert_eq!(Span::of(&[]), None);
         assert_eq!(Span::of(&[f32::NAN]), None);
-        let span = Span::of(&[0.5, f32::NAN, 0.0, f32::INFINITY]).unwrap();
+        let span = Span::of(&[0.5, f32::NAN, 0.0, f32::INFINITY, 1e30]).unwrap();
         assert_eq!(span, Span { first_s: 0.0, last_s: 0.5 });
         let velocity = Twist::between(&Isometry3::translation(1.0, 0.0, 0.0), 1.0).unwrap();
-        let points = deskewed(&[Point3::origin(); 3], &[0.0, f32::NAN, 0.5], &span, &velocity);
+        let times_s = [0.0, f32::NAN, 0.5, 1e30];
+        let points = deskewed(&[Point3::origin(); 4], &times_s, &span, &velocity);
         assert!(points[1].x.is_nan() && points[0].x < -0.24 && points[2].x > 0.24);
+        assert!(points[3].x.is_nan());
     }
 }

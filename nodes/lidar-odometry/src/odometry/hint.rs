@@ -2,6 +2,8 @@
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
+use crate::registration::{is_rigid, is_rotation};
+
 /// How the sensor has moved from the last pose to the next, as far as others know it; in its frame at the last pose.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct MotionHint {
@@ -14,8 +16,8 @@ pub struct MotionHint {
 impl MotionHint {
     /// The motion as it is expected: that of the wheels, or that of constant velocity; with the gyroscope's rotation.
     pub(super) fn motion(&self, going_on: &Isometry3<f64>) -> Option<Isometry3<f64>> {
-        let by_wheels = self.motion.filter(crate::registration::is_finite_pose);
-        let turn = self.turn.filter(|turn| turn.coords.iter().all(|value| value.is_finite()));
+        let by_wheels = self.motion.filter(is_rigid);
+        let turn = self.turn.filter(is_rotation);
         match (by_wheels, turn) {
             (None, None) => None,
             (Some(motion), None) => Some(motion),
@@ -29,7 +31,7 @@ impl MotionHint {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
+    use nalgebra::{Quaternion, Vector3};
 
     use super::*;
 
@@ -47,5 +49,8 @@ mod tests {
         assert_eq!(hint(motion, turn), expected(2.0, 0.3));
         let broken = Some(Isometry3::translation(f64::NAN, 0.0, 0.0));
         assert_eq!(hint(broken, turn), expected(1.0, 0.3));
+        // Regression: each pose was turned by a quaternion twice as long as the one before.
+        let long = Some(UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0)));
+        assert_eq!(hint(motion, long), expected(2.0, 0.2));
     }
 }

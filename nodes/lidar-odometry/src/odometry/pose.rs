@@ -4,6 +4,7 @@ use geometry::Stamp;
 use nalgebra::{Isometry3, Matrix6};
 
 use crate::registration::{Direction, RegistrationError};
+use crate::revolution::LONGEST_S;
 
 /// Where the sensor was.
 #[derive(Clone, PartialEq, Debug)]
@@ -79,5 +80,15 @@ pub enum Refusal {
         points: usize,
         /// The times.
         times: usize,
+    },
+    /// The times are none since the stamp, in seconds.
+    #[error(
+        "{far} of the scan's {points} points were measured more than {LONGEST_S} s from its stamp: times are seconds since the stamp"
+    )]
+    FarTimes {
+        /// The points that were given.
+        points: usize,
+        /// Those whose time is farther away.
+        far: usize,
     },
 }

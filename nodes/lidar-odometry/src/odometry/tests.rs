@@ -117,6 +117,25 @@ fn what_does_not_fit_is_held_and_then_the_map_begins_anew() {
     assert!((step_m.norm() - 0.8).abs() < 0.05, "{step_m}");
 }
 
+/// Regression: one wrong time of thousands moved the stamp of the pose to the end of time.
+#[test]
+fn a_point_with_a_wrong_time_is_left_out_alone() {
+    let drive = Drive::new(&street(&mut Random::new(3)), 3, 12_000);
+    let mut times_s = drive.times_s.to_vec();
+    times_s[700] = 1e30;
+    let mut odometry =
+        LidarOdometry::new(LidarOdometryConfig::default(), Arc::new(threads(1))).unwrap();
+    let mut healthy = odometry.clone();
+    for index in 0..3 {
+        let scan = LidarScan { times_s: Some(&times_s), ..drive.scan(index) };
+        let found = odometry.step(&scan).unwrap();
+        let expected = healthy.step(&drive.scan(index)).unwrap();
+        assert!(found.stamp.seconds_since(expected.stamp).abs() < 1e-3, "{found:?}");
+        let apart = found.odom_from_lidar.inverse() * expected.odom_from_lidar;
+        assert!(apart.translation.vector.norm() < 0.01, "{apart}");
+    }
+}
+
 #[test]
 fn scans_of_no_use_are_refused_and_change_nothing() {
     let drive = Drive::new(&street(&mut Random::new(3)), 3, 12_000);
@@ -136,6 +155,11 @@ fn scans_of_no_use_are_refused_and_change_nothing() {
     assert_eq!(odometry.step(&near), Err(Refusal::NoPoints { points: 2 }));
     let half = LidarScan { times_s: Some(&drive.times_s[..7]), ..drive.scan(2) };
     assert!(matches!(odometry.step(&half), Err(Refusal::Times { times: 7, .. })));
+    // Regression: times in nanoseconds, or of the day, moved the stamp of the pose by years, and no later scan was taken.
+    let times_s: Vec<f32> = drive.times_s.iter().map(|time_s| time_s * 1e9).collect();
+    let nanoseconds = LidarScan { times_s: Some(&times_s), ..drive.scan(2) };
+    let refused = odometry.step(&nanoseconds);
+    assert!(matches!(refused, Err(Refusal::FarTimes { points: 12_000, .. })), "{refused:?}");
     let mut before = before;
     assert_eq!(odometry.step(&drive.scan(2)), before.step(&drive.scan(2)));
 }

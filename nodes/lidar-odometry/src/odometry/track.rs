@@ -11,6 +11,7 @@ use super::{LidarOdometry, LidarScan};
 use crate::registration::{
     PreparedCloud, Registration, RegistrationConfig, RegistrationError, register,
 };
+use crate::revolution::LONGEST_S;
 
 /// The map is cut to its reach when the vehicle has gone this share of it.
 const CUT_SHARE: f64 = 0.05;
@@ -31,6 +32,11 @@ impl Moment {
         let Some(times_s) = scan.times_s else { return Ok(Self { stamp: scan.stamp, span: None }) };
         if times_s.len() != scan.points_m.len() {
             return Err(Refusal::Times { points: scan.points_m.len(), times: times_s.len() });
+        }
+        let far = |time_s: &f32| f64::from(time_s.abs()) > LONGEST_S;
+        let far_times = times_s.iter().filter(|time_s| time_s.is_finite() && far(time_s)).count();
+        if 2 * far_times > times_s.len() {
+            return Err(Refusal::FarTimes { points: scan.points_m.len(), far: far_times });
         }
         let span = Span::of(times_s).ok_or(Refusal::NoPoints { points: scan.points_m.len() })?;
         Ok(Self { stamp: scan.stamp.plus_seconds(span.middle_s()), span: Some(span) })

@@ -63,7 +63,7 @@ pub enum RevolutionConfigError {
 }
 
 /// The longest revolution that may be configured: more would be memory without a bound.
-const LONGEST_S: f64 = 10.0;
+pub(crate) const LONGEST_S: f64 = 10.0;
 
 impl RevolutionConfig {
     /// Checks the values.

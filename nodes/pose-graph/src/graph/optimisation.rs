@@ -1,6 +1,6 @@
 //! The steps.
 
-use estimation::perturbation::is_finite;
+use estimation::perturbation::is_rigid;
 use estimation::perturbation::right::perturbed;
 use nalgebra::{Isometry3, Vector6};
 
@@ -52,7 +52,7 @@ pub fn optimise(
 impl PoseGraph {
     fn check(&self) -> Result<(), GraphError> {
         let nodes = self.poses.len();
-        if let Some(index) = self.poses.iter().position(|pose| !is_finite(pose)) {
+        if let Some(index) = self.poses.iter().position(|pose| !is_rigid(pose)) {
             return Err(GraphError::NotFinite { what: "node", index });
         }
         for (index, edge) in self.edges.iter().enumerate() {
@@ -61,8 +61,12 @@ impl PoseGraph {
                 return Err(GraphError::Edge { edge: index, from, to, nodes });
             }
             let of_information = edge.information.iter().copied().all(f64::is_finite);
-            if !(of_information && is_finite(&edge.from_to)) {
+            if !(of_information && is_rigid(&edge.from_to)) {
                 return Err(GraphError::NotFinite { what: "edge", index });
+            }
+            let value = edge.information.diagonal().min();
+            if value < 0.0 {
+                return Err(GraphError::Information { edge: index, value });
             }
         }
         if nodes > 0 && !self.is_fixed.iter().take(nodes).any(|is_fixed| *is_fixed) {

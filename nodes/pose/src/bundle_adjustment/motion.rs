@@ -3,7 +3,7 @@
 //! A keyframe is one frame of dozens; odometry has seen all of them. Where keyframes share few landmarks, as in a bare
 //! corridor, its motion between them is more accurate than their own observations.
 
-use estimation::perturbation::is_finite;
+use estimation::perturbation::is_rigid;
 use estimation::perturbation::left::{adjoint, perturbation_between};
 use nalgebra::{Isometry3, Matrix6, Vector6};
 use pose_graph::blocks::BlockSystem;
@@ -32,7 +32,7 @@ impl Motion {
         from != to
             && *from < poses
             && *to < poses
-            && is_finite(to_from_from)
+            && is_rigid(to_from_from)
             && is_spread(shift_m)
             && is_spread(turn_rad)
     }

@@ -105,7 +105,7 @@ pub fn correct(
 ) -> Result<Corrected, MapError> {
     let mut moves = BTreeMap::new();
     for (id, pose) in poses {
-        if !estimation::perturbation::is_finite(pose) {
+        if !estimation::perturbation::is_rigid(pose) {
             return Err(MapError::NotFinite);
         }
         if let Some(keyframe) = map.keyframes().get(*id) {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use estimation::perturbation::is_finite;
+use estimation::perturbation::is_rigid;
 use geometry::CameraModel;
 use nalgebra::{Isometry3, Point3};
 
@@ -44,8 +44,7 @@ impl Map {
     /// When the pose is not finite, or the map full.
     pub fn insert_keyframe(&mut self, new: NewKeyframe<'_>) -> Result<KeyframeId, MapError> {
         let by_odometry = new.by_odometry.iter();
-        if !by_odometry.map(|by| &by.camera_from_odom).chain([&new.camera_from_map]).all(is_finite)
-        {
+        if !by_odometry.map(|by| &by.camera_from_odom).chain([&new.camera_from_map]).all(is_rigid) {
             return Err(MapError::NotFinite);
         }
         let keyframe = Keyframe {

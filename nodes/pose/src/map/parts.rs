@@ -22,7 +22,6 @@ use super::{
 };
 use crate::feature::lines::LineDescriptor;
 use crate::frame::Frame;
-pub(crate) use checks::is_pose;
 
 /// A map taken apart. Indices are places in its lists.
 #[derive(Clone, PartialEq, Debug, Default)]

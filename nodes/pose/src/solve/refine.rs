@@ -12,7 +12,7 @@ mod tests;
 
 use estimation::covariance::{of_std_devs, propagated, scaled};
 use estimation::observability::to_one_unit;
-use estimation::perturbation::is_finite;
+use estimation::perturbation::is_rigid;
 use estimation::perturbation::left::{adjoint, perturbation_between, perturbed};
 use geometry::{CameraModel, CameraModelError, ParameterError};
 use nalgebra::{Isometry3, Matrix6};
@@ -157,7 +157,7 @@ impl PoseGuess {
                 && covariance.diagonal().iter().all(|variance| *variance >= 0.0)
         });
         let near = self.camera_from_map.translation.vector.amax() < FARTHEST_GUESS_M;
-        if covariance_holds && near && is_finite(&self.camera_from_map) {
+        if covariance_holds && near && is_rigid(&self.camera_from_map) {
             Ok(())
         } else {
             Err(PoseError::Guess)

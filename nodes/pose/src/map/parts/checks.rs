@@ -1,15 +1,10 @@
 //! The invariants of each part by itself.
 
-use estimation::perturbation::is_finite;
-use nalgebra::Isometry3;
+use estimation::perturbation::is_rigid;
 
 use super::{KeyframePart, PartsError, PointPart};
 use crate::frame::Frame;
 use crate::map::PointLook;
-
-/// How far from 1 the length of a rotation's quaternion may be: what rounding adds up to over years of corrections, and less
-/// than any tracker sees.
-const MOST_OFF_UNIT: f64 = 1e-6;
 
 /// The numbers of a point. `None` when one means nothing.
 pub(super) fn check_point(point: &PointPart) -> Option<()> {
@@ -36,18 +31,13 @@ pub(super) fn check_keyframe(index: usize, part: &KeyframePart) -> Result<(), Pa
     }
     let poses = loops.iter().map(|(_, pose)| pose).chain([camera_from_map]);
     let is_odometry = part.by_odometry.iter().all(|by| {
-        is_pose(&by.camera_from_odom) && by.travelled_m.is_finite() && by.turned_rad.is_finite()
+        is_rigid(&by.camera_from_odom) && by.travelled_m.is_finite() && by.turned_rad.is_finite()
     });
-    if poses.into_iter().all(is_pose) && is_odometry && is_frame(frame) {
+    if poses.into_iter().all(is_rigid) && is_odometry && is_frame(frame) {
         Ok(())
     } else {
         Err(PartsError::Number { what: "keyframe", index })
     }
-}
-
-/// Whether all its numbers are finite, and the turn is one.
-pub(crate) fn is_pose(pose: &Isometry3<f64>) -> bool {
-    is_finite(pose) && (pose.rotation.coords.norm() - 1.0).abs() < MOST_OFF_UNIT
 }
 
 /// Whether all numbers that something is computed from are finite, and standard deviations positive.

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use estimation::perturbation::is_rigid;
 use geometry::{CameraModel, Distortion, Stamp};
 use nalgebra::{Isometry3, Point2, Point3, Quaternion, Translation3, Unit, Vector3};
 
@@ -36,7 +37,7 @@ impl Head {
     /// `None` when it is no pose.
     pub(in crate::saved_map) fn world_from_map(&self) -> Option<Isometry3<f64>> {
         let pose = self.world_from_map.isometry();
-        crate::map::is_pose(&pose).then_some(pose)
+        is_rigid(&pose).then_some(pose)
     }
 }
 
