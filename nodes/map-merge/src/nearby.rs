@@ -60,8 +60,10 @@ impl Nearby {
     }
 
     fn is_same(&self, one: &Vector3<f32>, other: &Vector3<f32>) -> bool {
-        // A zero is no normal, and is of any surface.
-        if *one == Vector3::zeros() || *other == Vector3::zeros() {
+        // No normal, as of a point with too few others around it, is of any surface.
+        let is_none =
+            |normal: &Vector3<f32>| *normal == Vector3::zeros() || !normal.norm().is_finite();
+        if is_none(one) || is_none(other) {
             return true;
         }
         let cosine = one.dot(other);
@@ -74,6 +76,19 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    /// Regression: a normal that is no number, as PCL writes them, was that of no surface, and the merged map had its point twice.
+    #[test]
+    fn a_point_without_a_normal_is_of_any_surface() {
+        let place = Point3::new(1.0, 2.0, 3.0);
+        for none in [Vector3::zeros(), Vector3::repeat(f32::NAN), Vector3::repeat(f32::INFINITY)] {
+            let nearby = Nearby::new([place].into_iter(), &[none], 0.1, true).unwrap();
+            assert!(nearby.has(&place, Some(&Vector3::x())), "{none}");
+            let nearby = Nearby::new([place].into_iter(), &[Vector3::x()], 0.1, true).unwrap();
+            assert!(nearby.has(&place, Some(&none)), "{none}");
+            assert!(!nearby.has(&place, Some(&Vector3::y())));
+        }
+    }
 
     proptest! {
         #[test]

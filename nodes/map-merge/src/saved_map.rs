@@ -128,9 +128,15 @@ impl PreparedMap {
 }
 
 fn middle_from_map(points_m: &[Point3<f32>]) -> Translation3<f64> {
-    let finite = || points_m.iter().filter(|point_m| is_finite(point_m));
-    let sum = finite().fold(Vector3::zeros(), |sum, point_m| sum + point_m.coords.cast::<f64>());
-    Translation3::from(-sum / (finite().count().max(1) as f64))
+    // A stray point far away would take the middle, and with it the digits of all others.
+    let usable = || points_m.iter().filter(|point_m| is_in_reach(point_m));
+    let sum = usable().fold(Vector3::zeros(), |sum, point_m| sum + point_m.coords.cast::<f64>());
+    Translation3::from(-sum / (usable().count().max(1) as f64))
+}
+
+/// Whether a point is finite, and no farther than a pose may be.
+fn is_in_reach(point_m: &Point3<f32>) -> bool {
+    point_m.iter().all(|along_m| f64::from(along_m.abs()) < FARTHEST_POSE_M)
 }
 
 /// The points of the cloud that have a normal: that of the file in its voxel, where the file has some.
@@ -143,9 +149,7 @@ fn pieces(cloud: &PreparedCloud, of_file: &[(VoxelKey, Vector3<f64>)], edge_m: f
     };
     cloud
         .points_m()
-        .filter(|(point_m, _)| {
-            point_m.iter().all(|along_m| f64::from(along_m.abs()) < FARTHEST_POSE_M)
-        })
+        .filter(|(point_m, _)| is_in_reach(point_m))
         .filter_map(|(point_m, estimated)| {
             let estimated = estimated.map(|normal| normal.cast());
             let normal = if of_file.is_empty() { estimated } else { mean(&point_m) };
@@ -175,4 +179,17 @@ fn normals_by_voxel(
         .chunk_by(|a, b| a.0 == b.0)
         .map(|same| (same[0].0, same.iter().map(|(_, normal)| normal).sum()))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: one return at 1e9 m took the middle of the map, and with it the digits of all other points.
+    #[test]
+    fn a_stray_point_does_not_take_the_middle() {
+        let points_m = [1.0, 3.0, 1e9, f32::NAN, f32::INFINITY].map(|x| Point3::new(x, 0.0, 0.0));
+        assert_eq!(middle_from_map(&points_m), Translation3::new(-2.0, 0.0, 0.0));
+        assert_eq!(middle_from_map(&[]), Translation3::identity());
+    }
 }

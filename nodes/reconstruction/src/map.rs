@@ -27,6 +27,12 @@ pub enum Map {
     Surface(Box<SurfaceMap>),
 }
 
+/// A map that only is read serves several threads at once.
+const _: fn() = || {
+    fn is_shared<T: Send + Sync>() {}
+    is_shared::<Map>();
+};
+
 impl From<StaticMap> for Map {
     fn from(map: StaticMap) -> Self {
         Self::Means(Box::new(map))
@@ -158,7 +164,7 @@ impl Map {
     /// All points that can be read.
     #[must_use]
     pub fn points(&self) -> Vec<Point3<f32>> {
-        self.whole().points_m
+        self.whole().points.points_m
     }
 
     /// The occupancy grid for navigation, by the parameters: of the map of means by its points alone, and

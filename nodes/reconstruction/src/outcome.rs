@@ -1,7 +1,6 @@
 //! What a map of either kind says: of a cycle, of its points, of its changes, of what it cannot take.
 
-use geometry::{Cloud, MapView};
-use nalgebra::{Point3, Vector3};
+use geometry::{Cloud, MapView, OrientedPoints};
 use volume::ViewError;
 
 use crate::tiles::TileError;
@@ -58,13 +57,9 @@ pub enum MapError {
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct WholeMap {
     /// The points, one a voxel, in ascending order of the voxels' keys; of a map of depth images, of its
-    /// blocks' keys and of the voxels within a block.
-    pub points_m: Vec<Point3<f32>>,
-    /// The normals of the surface, of length 1, to the side from which it was seen: one a point, or none where the map has
-    /// none.
-    pub normals: Vec<Vector3<f32>>,
-    /// Red, green and blue of each point, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no colours.
-    pub colours: Vec<[u8; 3]>,
+    /// blocks' keys and of the voxels within a block. The normals of the surface are of length 1, to the side from which it was seen;
+    /// a colour is [`geometry::NO_COLOUR`] where none was seen. A map of means has neither.
+    pub points: OrientedPoints,
     /// Where a map of depth images was seen from; of a map of means none.
     pub views: Vec<MapView>,
     /// The spilled tiles whose points are not among them, by ascending key.
@@ -76,7 +71,7 @@ pub struct WholeMap {
 pub struct MapChanges {
     /// Points that are new or have moved: each replaces the listener's point of its voxel.
     pub updated: Cloud,
-    /// Their colours, as [`WholeMap::colours`].
+    /// Their colours, as those of [`WholeMap::points`].
     pub updated_colours: Vec<[u8; 3]>,
     /// A place in each voxel whose point was removed: the listener's point of that voxel is to be removed. The
     /// listener may have none.

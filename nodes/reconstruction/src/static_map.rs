@@ -13,7 +13,8 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use geometry::{
-    BuildVoxelHasher, Cloud, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid, VoxelKey,
+    BuildVoxelHasher, Cloud, OccupancyGrid, OrientedPoints, SegmentedCycle, Stamp, VoxelGrid,
+    VoxelKey,
 };
 use nalgebra::Point3;
 
@@ -241,7 +242,8 @@ impl StaticMap {
     /// The same, as any map has them.
     #[must_use]
     pub fn whole(&self) -> WholeMap {
-        WholeMap { points_m: self.points(), ..WholeMap::default() }
+        let points = OrientedPoints { points_m: self.points(), ..OrientedPoints::default() };
+        WholeMap { points, ..WholeMap::default() }
     }
 
     /// The occupancy grid of the points alone: [`crate::grid::grid_of_points`].
@@ -252,8 +254,7 @@ impl StaticMap {
         if self.grid_config.grid == GridSource::None {
             return Err(GridError::Off);
         }
-        let WholeMap { points_m, normals, .. } = self.whole();
-        let points = GridPoints { points_m: &points_m, normals: &normals };
+        let points = GridPoints { points_m: &self.points(), normals: &[] };
         grid_of_points(&self.grid_config, points, (self.frame_id().unwrap_or_default(), self.stamp))
     }
 

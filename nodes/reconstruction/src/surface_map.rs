@@ -19,7 +19,9 @@ pub(crate) mod tests;
 mod whole;
 
 use estimation::executor::{Executor, Serial};
-use geometry::{Cloud, MapView, MapViews, OccupancyGrid, SegmentedCycle, Stamp, VoxelGrid};
+use geometry::{
+    Cloud, MapView, MapViews, OccupancyGrid, OrientedPoints, SegmentedCycle, Stamp, VoxelGrid,
+};
 use nalgebra::Point3;
 use volume::{
     ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, PlaneOccupancy,
@@ -228,7 +230,7 @@ impl SurfaceMap {
     pub fn occupancy_grid(&mut self) -> Result<OccupancyGrid, GridError> {
         let needs_points = self.grid.as_ref().ok_or(GridError::Off)?.needs_points();
         let whole = if needs_points { self.whole() } else { WholeMap::default() };
-        let WholeMap { points_m, normals, unreadable, .. } = whole;
+        let WholeMap { points: OrientedPoints { points_m, normals, .. }, unreadable, .. } = whole;
         if let Some(error) = unreadable.into_iter().find(|error| !error.is_loss()) {
             return Err(error.into());
         }

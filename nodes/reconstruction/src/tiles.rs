@@ -81,7 +81,7 @@ impl fmt::Display for TileKey {
 }
 
 /// Where tiles go, and come back from.
-pub trait TileStore: fmt::Debug + Send {
+pub trait TileStore: fmt::Debug + Send + Sync {
     /// Keeps the bytes of a tile in the place of those it had.
     ///
     /// # Errors

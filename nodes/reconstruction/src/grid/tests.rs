@@ -238,11 +238,11 @@ fn a_loaded_map_is_free_where_it_has_floor() {
     let seen = room(band(), 10);
     let whole = seen.whole();
     let mut map = map_with(band());
-    map.replace(&whole.points_m, &whole.normals, "map").unwrap();
+    map.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap();
     let grid = map.occupancy_grid().unwrap();
     assert_eq!((at(&grid, 2.6, 0.0), at(&grid, 2.81, 0.0)), (Free, Occupied));
     // Of points alone as well.
-    let points = GridPoints { points_m: &whole.points_m, normals: &[] };
+    let points = GridPoints { points_m: &whole.points.points_m, normals: &[] };
     let alone = grid_of_points(&band(), points, ("map", Stamp::default())).unwrap();
     assert_eq!((at(&alone, 2.6, 0.0), at(&alone, 2.81, 0.0)), (Free, Occupied));
 }

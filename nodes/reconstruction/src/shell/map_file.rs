@@ -56,7 +56,7 @@ impl Snapshot {
     /// # Errors
     /// When a tile on disk cannot be read at present.
     pub(super) fn of(map: &Map) -> Result<Self, NodeFailure> {
-        let WholeMap { points_m, normals, colours, views, unreadable } = map.whole();
+        let WholeMap { points, views, unreadable } = map.whole();
         if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
             return Err(format!("the map could not be saved: {error}").into());
         }
@@ -64,7 +64,6 @@ impl Snapshot {
         if let Some(error) = unreadable.first() {
             tracing::warn!("{} tiles are missing in the saved map: {error}", unreadable.len());
         }
-        let points = OrientedPoints { points_m, normals, colours };
         Ok(Self { points, views, grid: *map.grid(), max_voxels: map.max_voxels() })
     }
 

@@ -12,7 +12,8 @@ impl SurfaceMap {
     /// [`volume::DistanceField`]. An empty `frame_id` is that of the map.
     ///
     /// # Errors
-    /// When the map is empty, the places are in another frame, too many or no numbers, or a spilled tile cannot be had.
+    /// When the map is empty, the places are in another frame, too many or no numbers, or a spilled tile cannot be read for now.
+    /// What is lost of the map is not known there: its places are unknown.
     pub fn distances(
         &mut self,
         frame_id: &str,

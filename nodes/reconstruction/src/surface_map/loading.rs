@@ -12,8 +12,8 @@ use crate::{Addition, LoadError};
 pub(crate) const MOST_SPACING_IN_EDGES: f64 = 16.0;
 
 impl SurfaceMap {
-    /// Puts points, in `frame_id`, in the place of the whole map: of a map of any edge, with a normal each or with none, which are
-    /// then estimated. A point says where the surface is as far around it as the points are apart. The stamp stays. Who follows
+    /// Puts points, in `frame_id`, in the place of the whole map: of a map of any edge, with a normal each or with none. Normals that
+    /// are missing, 0 or not finite are estimated. A point says where the surface is as far around it as the points are apart. The stamp stays. Who follows
     /// the changes has to start with a new map.
     ///
     /// # Errors
@@ -58,8 +58,10 @@ impl SurfaceMap {
         let most_m = MOST_SPACING_IN_EDGES * edge_m;
         let spacing_m = normals::spacing_m(points_m, edge_m, most_m);
         if !has_normals {
-            points.normals = normals::normals(points_m, spacing_m.unwrap_or(most_m));
+            points.normals.clear();
         }
+        points.normals.resize(points_m.len(), Vector3::zeros());
+        normals::fill(points_m, &mut points.normals, spacing_m.unwrap_or(most_m));
         // Points that are too far apart are not joined.
         let reach_m = spacing_m.unwrap_or(edge_m);
         if self.spill.is_some() {
@@ -158,8 +160,8 @@ fn at(points: &OrientedPoints, index: usize) -> Option<ColouredPoint> {
 }
 
 /// One point for each voxel, the mean of those in it, with the sum of their normals and the mean of their colours, by ascending
-/// key: a place with many points costs as one with one. Points that are not finite are left out; points without normals, or without
-/// colours, stay without.
+/// key: a place with many points costs as one with one. Points and normals that are not finite are left out; points without normals, or
+/// without colours, stay without.
 #[must_use]
 pub fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints {
     let OrientedPoints { points_m, normals, colours } = points;
@@ -173,6 +175,7 @@ pub fn one_a_voxel(points: &OrientedPoints, grid: &VoxelGrid) -> OrientedPoints 
         let own = || points.iter().filter_map(|(_, index)| points_m.get(*index));
         let sum = own().fold(Vector3::zeros(), |sum, point_m| sum + point_m.coords.cast::<f64>());
         let normals = points.iter().filter_map(|(_, index)| normals.get(*index));
+        let normals = normals.filter(|normal| normal.iter().all(|along| along.is_finite()));
         let colours = points.iter().filter_map(|(_, index)| colours.get(*index));
         let point_m: Point3<f32> = Point3::from(sum / points.len() as f64).cast();
         ((point_m, normals.sum::<Vector3<f32>>()), mean_colour(colours))

@@ -10,7 +10,9 @@
 #[cfg(test)]
 mod tests;
 
-use geometry::{VoxelGrid, VoxelKey};
+use std::collections::HashMap;
+
+use geometry::{BuildVoxelHasher, VoxelGrid, VoxelKey};
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 
 /// On a square lattice four points are one spacing away.
@@ -62,6 +64,30 @@ fn distances_m(points_m: &[Point3<f32>], of: &[&Point3<f32>], cell_m: f64) -> Ve
     let mut distances: Vec<f64> = of.iter().map(to_fourth).filter(|far| *far <= cell_m).collect();
     distances.sort_by(f64::total_cmp);
     distances
+}
+
+/// Estimates the normals that are missing, which are 0, of points that are so far apart: to the side to which those around them point,
+/// where there are some.
+pub(super) fn fill(points_m: &[Point3<f32>], of_points: &mut [Vector3<f32>], spacing_m: f64) {
+    let lacks = |normal: &Vector3<f32>| normal.try_normalize(f32::EPSILON).is_none();
+    let Ok(grid) = VoxelGrid::new(spacing_m) else { return };
+    if !of_points.iter().any(lacks) {
+        return;
+    }
+    let mut known: HashMap<VoxelKey, Vector3<f32>, BuildVoxelHasher> = HashMap::default();
+    for (point_m, normal) in points_m.iter().zip(&*of_points) {
+        if let Some(normal) = normal.try_normalize(f32::EPSILON) {
+            *known.entry(grid.key(point_m)).or_insert_with(Vector3::zeros) += normal;
+        }
+    }
+    let estimated = normals(points_m, spacing_m);
+    for ((point_m, normal), estimated) in points_m.iter().zip(of_points).zip(estimated) {
+        if lacks(normal) {
+            let around = grid.key(point_m).with_neighbours();
+            let sum: Vector3<f32> = around.filter_map(|key| known.get(&key)).sum();
+            *normal = if estimated.dot(&sum) < 0.0 { -estimated } else { estimated };
+        }
+    }
 }
 
 /// The normals of points that are so far apart, of length 1; 0 for a point with a number that is not finite, or beyond the grid.

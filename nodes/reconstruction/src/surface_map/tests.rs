@@ -30,9 +30,9 @@ fn map(map_edge_m: f64) -> Map {
 /// The points of the map with their normals.
 fn points(map: &Map) -> Vec<(Point3<f64>, Vector3<f64>)> {
     let whole = map.whole();
-    assert_eq!(whole.points_m.len(), whole.normals.len());
-    let normals = whole.normals.iter().map(|normal| normal.cast());
-    whole.points_m.iter().map(|point| point.cast()).zip(normals).collect()
+    assert_eq!(whole.points.points_m.len(), whole.points.normals.len());
+    let normals = whole.points.normals.iter().map(|normal| normal.cast());
+    whole.points.points_m.iter().map(|point| point.cast()).zip(normals).collect()
 }
 
 fn median(mut values: Vec<f64>) -> f64 {

@@ -1,6 +1,6 @@
 //! The map as one cloud.
 
-use geometry::ColouredCloud;
+use geometry::{ColouredCloud, OrientedPoints};
 use volume::{BlockKey, ChangeFollower, PointRules, Surface, SurfacePoint};
 
 use super::SurfaceMap;
@@ -28,7 +28,7 @@ impl SurfaceMap {
         }
         let mut follower = self.followers.changes.take();
         follower.as_mut().into_iter().for_each(ChangeFollower::begin_to_show);
-        let WholeMap { points_m, colours, unreadable, .. } = self.whole_seen_by(|key, points| {
+        let WholeMap { points, unreadable, .. } = self.whole_seen_by(|key, points| {
             if let Some(follower) = &mut follower {
                 follower.show(key, points, self.grid());
             }
@@ -40,7 +40,7 @@ impl SurfaceMap {
             // Listeners still have their points, and nobody knows which ones they were.
             self.follow_changes_anew();
         }
-        Ok(ColouredCloud { cloud: self.cloud_of(points_m), colours })
+        Ok(ColouredCloud { cloud: self.cloud_of(points.points_m), colours: points.colours })
     }
 
     fn whole_seen_by(&self, mut see: impl FnMut(BlockKey, &[SurfacePoint])) -> WholeMap {
@@ -57,7 +57,7 @@ impl SurfaceMap {
         let normals = all.iter().map(|(_, point)| point.normal).collect();
         let colours = colours_of(all.iter().map(|(_, point)| point));
         let views = self.views.as_slice().to_vec();
-        WholeMap { points_m, normals, colours, views, unreadable }
+        WholeMap { points: OrientedPoints { points_m, normals, colours }, views, unreadable }
     }
 
     /// Calls `visit` with the points of each block. Returns why some cannot be had, by ascending key of the tile.

@@ -194,6 +194,7 @@ impl CycleRun {
 }
 
 fn map_of(passage: &Passage) -> MapFile {
-    let WholeMap { points_m, normals, colours, views, .. } = passage.pipeline.map().whole();
+    let WholeMap { points: OrientedPoints { points_m, normals, colours }, views, .. } =
+        passage.pipeline.map().whole();
     MapFile { points: OrientedPoints { points_m, normals, colours }, views, edge_m: None }
 }

@@ -9,7 +9,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointClou
 use msgs::tf2_msgs::TFMessage;
 use node_shell::{Counters, Host, Node, NodeFailure, Publisher, Qos, RosArguments, ShellError};
 use reconstruction::shell::Stage as Reconstruction;
-use reconstruction::{BoundReached, GridError, Map, MeshError, WholeMap};
+use reconstruction::{BoundReached, GridError, Map, MeshError};
 use report::{RunRecord, Transport};
 use segmentation::shell::Stage as Segmentation;
 
@@ -159,7 +159,8 @@ impl Pipeline {
             transport: Transport::Local,
             map_frame_id: self.recorder.map_frame_id(),
         };
-        let WholeMap { points_m, normals, colours, .. } = self.reconstruction.map().whole();
+        let OrientedPoints { points_m, normals, colours } =
+            self.reconstruction.map().whole().points;
         self.recorder.finish(OrientedPoints { points_m, normals, colours }, name)
     }
 }

@@ -102,7 +102,7 @@ fn a_map_larger_than_the_memory_is_whole_and_a_spoilt_file_is_told() {
     let tile = tile.filter(|path| path.extension().is_some_and(|it| it == "tile")).min().unwrap();
     fs::write(&tile, "SMTL spoilt").unwrap();
     let whole = map.whole();
-    assert!(whole.points_m.len() < twin.points().len());
+    assert!(whole.points.points_m.len() < twin.points().len());
     let [TileError::Broken { tile: broken, source: TileFormatError::OtherVersion { .. } }] =
         &whole.unreadable[..]
     else {

@@ -4,7 +4,6 @@ use geometry::{DepthFrame, NO_COLOUR, OrientedPoints};
 
 use super::spilling::{MOST, drive, spilling};
 use super::*;
-use crate::WholeMap;
 
 const RED: [u8; 3] = [200, 30, 20];
 const BLUE: [u8; 3] = [10, 40, 220];
@@ -40,7 +39,7 @@ fn a_red_wall_and_what_is_blue_before_it_are_red_and_blue_in_the_map() {
     for index in 0..5 {
         map.integrate(&red_room(&scene, index, BLUE)).unwrap();
     }
-    let WholeMap { points_m, colours, .. } = map.whole();
+    let OrientedPoints { points_m, colours, .. } = map.whole().points;
     assert_eq!(points_m.len(), colours.len());
     let (mut red, mut blue, mut wrong) = (0, 0, 0);
     for (point, colour) in points_m.iter().zip(colours) {
@@ -67,7 +66,7 @@ fn the_colour_of_a_moving_person_does_not_come_in() {
         let cycle = red_room(&scene, index, GREEN);
         map.integrate(&masked(&scene, cycle, &rig_at(0.0, 0.0))).unwrap();
     }
-    let colours = map.whole().colours;
+    let colours = map.whole().points.colours;
     assert!(colours.iter().filter(|colour| is_nearly(**colour, RED)).count() > 3_000);
     let green = colours.iter().filter(|[red, green, _]| green > red).count();
     assert_eq!(green, 0, "of {} points", colours.len());
@@ -85,15 +84,18 @@ fn a_map_without_colours_has_none() {
         red.integrate(&coloured(cycle, |_| RED)).unwrap();
     }
     let (without, with) = (plain.whole(), red.whole());
-    assert!(without.colours.is_empty());
-    assert_eq!((&without.points_m, &without.normals), (&with.points_m, &with.normals));
-    assert!(with.colours.iter().all(|colour| *colour == RED));
+    assert!(without.points.colours.is_empty());
+    assert_eq!(
+        (&without.points.points_m, &without.points.normals),
+        (&with.points.points_m, &with.points.normals)
+    );
+    assert!(with.points.colours.iter().all(|colour| *colour == RED));
     assert!(red.memory_bytes() > plain.memory_bytes());
     let changes = [plain.take_changes(usize::MAX), red.take_changes(usize::MAX)];
     assert!(changes[0].updated_colours.is_empty());
     assert_eq!(changes[1].updated_colours, vec![RED; changes[1].updated.points_m.len()]);
     assert!(plain.cloud_for_listeners().unwrap().colours.is_empty());
-    assert_eq!(red.cloud_for_listeners().unwrap().colours, with.colours);
+    assert_eq!(red.cloud_for_listeners().unwrap().colours, with.points.colours);
 }
 
 #[test]
@@ -107,7 +109,7 @@ fn tiles_that_are_spilled_keep_their_colours() {
     }
     let (whole, expected) = (spilled.whole(), twin.whole());
     assert!(spilled.spill_counts().unwrap().tiles_in_store > 20);
-    assert_eq!(whole.colours.len(), whole.points_m.len());
+    assert_eq!(whole.points.colours.len(), whole.points.points_m.len());
     assert!(whole == expected);
 }
 
@@ -118,19 +120,24 @@ fn a_saved_map_is_loaded_with_its_colours() {
     for index in 0..3 {
         seen.integrate(&red_room(&scene, index, BLUE)).unwrap();
     }
-    let WholeMap { points_m, normals, colours, .. } = seen.whole();
+    let OrientedPoints { points_m, normals, colours } = seen.whole().points;
     let saved = OrientedPoints { points_m, normals, colours };
     for map in [&mut map(EDGE_M), &mut spilling(MOST).0] {
         map.replace_coloured(&saved, "map").unwrap();
         let loaded = map.whole();
-        assert_eq!(loaded.colours.len(), loaded.points_m.len());
-        let of = |colour| loaded.colours.iter().filter(|own| is_nearly(**own, colour)).count();
+        assert_eq!(loaded.points.colours.len(), loaded.points.points_m.len());
+        let of =
+            |colour| loaded.points.colours.iter().filter(|own| is_nearly(**own, colour)).count();
         let (red, blue) = (of(RED), of(BLUE));
         assert!(red > 10 * blue && blue > 30, "{red} red, {blue} blue");
-        assert!(red + blue > loaded.colours.len() * 9 / 10, "of {}", loaded.colours.len());
+        assert!(
+            red + blue > loaded.points.colours.len() * 9 / 10,
+            "of {}",
+            loaded.points.colours.len()
+        );
     }
     let mut plain = map(EDGE_M);
     let none = vec![NO_COLOUR; saved.points_m.len()];
     plain.replace_coloured(&OrientedPoints { colours: none, ..saved }, "map").unwrap();
-    assert!(plain.whole().colours.is_empty());
+    assert!(plain.whole().points.colours.is_empty());
 }

@@ -197,7 +197,7 @@ fn a_corrected_or_emptied_map_has_the_distances_of_what_it_is_now() {
     check_against_points(&mut map, &places(100));
     let whole = map.whole();
     let moved: Vec<Point3<f32>> =
-        whole.points_m.iter().map(|point| point + Vector3::new(0.3, 0.0, 0.0)).collect();
-    map.replace(&moved, &whole.normals, "map").unwrap();
+        whole.points.points_m.iter().map(|point| point + Vector3::new(0.3, 0.0, 0.0)).collect();
+    map.replace(&moved, &whole.points.normals, "map").unwrap();
     check_against_points(&mut map, &places(100));
 }

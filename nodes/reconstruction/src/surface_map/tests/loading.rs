@@ -12,8 +12,8 @@ fn a_saved_map_is_loaded_and_goes_on_growing() {
     map.integrate(&cycle(&Scene::room(), 0, &rig, None)).unwrap();
     let whole = map.whole();
     let mut loaded = super::map(0.04);
-    loaded.replace(&whole.points_m, &whole.normals, "map").unwrap();
-    let (before, after) = (whole.points_m.len(), loaded.points().len());
+    loaded.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap();
+    let (before, after) = (whole.points.points_m.len(), loaded.points().len());
     assert!(after as f64 > 0.95 * before as f64, "{after} of {before} points");
     for index in 0..10 {
         loaded.integrate(&cycle(&Scene::room(), index, &rig, None)).unwrap();
@@ -26,7 +26,7 @@ fn a_saved_map_is_loaded_and_goes_on_growing() {
     assert!(median(off_m) < 0.002);
     let few = ReconstructionConfig { max_map_blocks: 3, ..config(0.04) };
     let mut small = Map::new(few, None).unwrap();
-    let refused = small.replace(&whole.points_m, &whole.normals, "map").unwrap_err();
+    let refused = small.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap_err();
     assert!(matches!(refused, LoadError::TooManyBlocks { max_map_blocks: 3 }) && small.is_empty());
 }
 
@@ -59,6 +59,22 @@ fn covered(map: &Map) -> (f64, f64) {
         |place: &&Point3<f32>| grid.key(place).with_neighbours().any(|key| occupied.contains(&key));
     let covered = wall.iter().filter(is_covered).count();
     (covered as f64 / wall.len() as f64, off_m.fold(0.0, f64::max))
+}
+
+/// Regression: points whose normal is no number, as PCL writes them where too few others are near, were lost, and not counted.
+#[test]
+fn points_without_a_normal_of_their_own_are_loaded_too() {
+    let (wall, normal) = oblique_wall(0.02);
+    for (every, none) in [(1, f32::NAN), (2, f32::NAN), (2, 0.0), (7, f32::INFINITY)] {
+        let mut normals = vec![normal.cast::<f32>(); wall.len()];
+        normals.iter_mut().step_by(every).for_each(|normal| *normal = Vector3::repeat(none));
+        let mut map = super::map(0.02);
+        map.replace(&wall, &normals, "map").unwrap();
+        let (share, off_m) = covered(&map);
+        assert!(share > 0.99 && off_m < 2e-3, "every {every}: {share:.3}, {off_m:.4} m");
+        let left = map.points().len() as f64 / wall.len() as f64;
+        assert!(left > 0.95, "every {every}: {left:.2} of the points");
+    }
 }
 
 #[test]

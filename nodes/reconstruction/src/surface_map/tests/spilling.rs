@@ -109,7 +109,7 @@ fn a_map_driven_along_a_corridor_and_back_is_that_of_unbounded_memory() {
     }
     let (whole, expected) = (map.whole(), twin.whole());
     println!("{:?}, {} of {} blocks", counts(&map), map.fill().1, twin.fill().1);
-    assert!(whole == expected && whole.points_m.len() > 10_000);
+    assert!(whole == expected && whole.points.points_m.len() > 10_000);
     // The triangles come tile by tile, and are the same ones.
     let (mesh, expected) = (map.mesh().unwrap(), twin.mesh().unwrap());
     assert!(mesh.triangles.len() > 20_000 && mesh.edges() == expected.edges());
@@ -253,9 +253,9 @@ fn a_correction_reaches_what_was_spilled() {
 fn a_loaded_map_may_be_larger_than_the_memory() {
     let whole = driven(super::map(EDGE_M), &drive()).whole();
     let mut expected = super::map(EDGE_M);
-    let loaded = expected.replace(&whole.points_m, &whole.normals, "map").unwrap();
+    let loaded = expected.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap();
     let (mut map, store) = spilling(MORE);
-    let done = map.replace(&whole.points_m, &whole.normals, "map").unwrap();
+    let done = map.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap();
     assert_eq!(done, Addition { new_voxels: loaded.new_voxels, ..Addition::default() });
     check(&map);
     assert!(counts(&map).tiles_in_store > 20);
@@ -273,7 +273,7 @@ fn a_loaded_map_may_be_larger_than_the_memory() {
     }
     assert!(map.whole() == expected.whole());
     store.fail(true);
-    let refused = map.replace(&whole.points_m, &whole.normals, "map").unwrap_err();
+    let refused = map.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap_err();
     assert!(matches!(refused, LoadError::NoRoom { reason: Some(_), .. }), "{refused}");
     assert!(map.is_empty() && map.frame_id().is_none());
 }
@@ -313,8 +313,8 @@ proptest! {
         let ((mut map, _store), mut twin) = (spilling(max_map_blocks), super::map(EDGE_M));
         if loads {
             let whole = driven(super::map(EDGE_M), &drive()[..12]).whole();
-            map.replace(&whole.points_m, &whole.normals, "map").unwrap();
-            twin.replace(&whole.points_m, &whole.normals, "map").unwrap();
+            map.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap();
+            twin.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap();
         }
         map.follow_changes();
         twin.follow_changes();

@@ -83,8 +83,9 @@ fn a_spoilt_or_missing_tile_is_told_of_and_costs_that_tile_alone() {
         assert_eq!(left.unreadable.first(), Some(&expected));
         assert_eq!(left.unreadable.len(), 1);
         // Points between its nodes and those of the tiles before it are lost, too.
-        let kept = whole.points_m.iter().filter(|point| spill_tile_of(&map, point) != lost).count();
-        assert!(left.points_m.len() > kept * 98 / 100 && left.points_m.len() <= kept);
+        let kept =
+            whole.points.points_m.iter().filter(|point| spill_tile_of(&map, point) != lost).count();
+        assert!(left.points.points_m.len() > kept * 98 / 100 && left.points.points_m.len() <= kept);
         for cycle in back {
             map.integrate(cycle).unwrap();
             check(&map);
