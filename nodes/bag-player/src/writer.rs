@@ -91,8 +91,13 @@ impl BagWriter {
     /// Creates a bag at `path`.
     ///
     /// # Errors
-    /// When its temporary file cannot be created, or another process writes it.
+    /// When its temporary file cannot be created, another process writes it, or `path` is a folder.
     pub fn create(path: &Path) -> Result<Self, BagError> {
+        // Else it would be found when all is written.
+        if path.is_dir() {
+            let source = std::io::ErrorKind::IsADirectory.into();
+            return Err(BagError::Create { path: path.to_owned(), source });
+        }
         let temporary = Self::temporary_of(path);
         let file = locked(&temporary)?;
         let writer = WriteOptions::new()

@@ -139,7 +139,9 @@ pub fn constraints_of(
 }
 
 fn are_neighbours([before, one, after]: [&LidarReturn; 3]) -> bool {
-    one.beam == before.beam + 1 && after.beam == one.beam + 1
+    let follow =
+        |one: &LidarReturn, other: &LidarReturn| other.beam.checked_sub(1) == Some(one.beam);
+    follow(before, one) && follow(one, after)
 }
 
 /// The plane around a return whose neighbours are on it too. Next to an edge a beam hits the surface only when it points

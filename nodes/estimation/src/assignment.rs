@@ -4,7 +4,8 @@
 /// For each row the column it is given, or `None`. A row stays without a column where that costs less:
 /// going without costs `without`, as much for each row; pairs that cost more are never made.
 ///
-/// `cost` is called for every pair; a cost that is not a number counts as too much. Equal sums are decided by
+/// `cost` is called for every pair; a cost that is not a number counts as too much, and where `without` is not finite nothing is
+/// given. Equal sums are decided by
 /// the order of rows and columns alone. Takes time by rows squared times columns and rows.
 pub fn assign(
     rows: usize,
@@ -12,6 +13,9 @@ pub fn assign(
     without: f64,
     cost: impl Fn(usize, usize) -> f64,
 ) -> Vec<Option<usize>> {
+    if !without.is_finite() {
+        return vec![None; rows];
+    }
     // Each row has a column of its own beside the real ones, which means none; another row's is too
     // dear for it.
     let all_columns = columns + rows;
@@ -100,6 +104,14 @@ mod tests {
             }
         }
         best
+    }
+
+    /// Regression: it never returned.
+    #[test]
+    fn without_a_price_of_going_without_nothing_is_given() {
+        for without in [f64::NAN, f64::INFINITY] {
+            assert_eq!(assign(2, 3, without, |_, _| 1.0), [None, None]);
+        }
     }
 
     #[test]

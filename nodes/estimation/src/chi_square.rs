@@ -1,4 +1,5 @@
-//! The chi-square distribution: how large the squared error of an observation may be.
+//! The chi-square distribution: how large the squared error of an observation may be. Of as few degrees of freedom as observations
+//! have, up to 100.
 
 /// More of the series is never needed below [`FARTHEST`].
 const MAX_TERMS: usize = 1000;

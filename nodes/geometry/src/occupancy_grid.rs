@@ -146,9 +146,10 @@ impl OccupancyGrid {
     #[must_use]
     pub fn cells_of(&self, part: GridPart) -> Vec<GridCell> {
         let row = |y: usize| {
-            let from = y * self.width + part.x;
-            self.cells.get(from..from + part.width).unwrap_or_default()
+            let from = y.saturating_mul(self.width).saturating_add(part.x);
+            self.cells.get(from..from.saturating_add(part.width)).unwrap_or_default()
         };
-        (part.y..part.y + part.height).flat_map(row).copied().collect()
+        let last = part.y.saturating_add(part.height).min(self.height);
+        (part.y..last).flat_map(row).copied().collect()
     }
 }

@@ -97,6 +97,14 @@ pub enum GraphError {
         /// Which.
         index: usize,
     },
+    /// The information of an edge is that of no measurement: it would push the nodes away from it.
+    #[error("the information of edge {edge} has {value} in its diagonal: it must be 0 or more")]
+    Information {
+        /// Which edge.
+        edge: usize,
+        /// The least number of its diagonal.
+        value: f64,
+    },
     /// No node is fixed: everything together could be anywhere.
     #[error("none of {nodes} nodes is fixed")]
     NothingFixed {

@@ -255,3 +255,12 @@ fn topics_are_known_with_and_without_their_slash() -> Result<(), BagError> {
     assert_eq!(info.recorded_name("front_scan"), "front_scan");
     Ok(())
 }
+
+/// Regression: it was found when the recording was finished.
+#[test]
+fn a_bag_in_place_of_a_folder_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = BagWriter::create(folder.path()).err().unwrap();
+    assert!(matches!(refused, BagError::Create { .. }), "{refused}");
+    assert!(!BagWriter::temporary_of(folder.path()).exists());
+}

@@ -79,6 +79,9 @@ fn the_part_that_has_changed_is_the_smallest() {
     after.cells[5] = Free;
     let part = after.changed_since(&before).unwrap();
     assert_eq!(part, GridPart { x: 1, y: 0, width: 2, height: 2 });
+    // Regression: sums of these overflowed.
+    let none = GridPart { x: usize::MAX, y: 0, width: usize::MAX, height: usize::MAX };
+    assert_eq!(after.cells_of(none), []);
     assert_eq!(after.cells_of(part), [Occupied, Occupied, Free, Free]);
     assert!(after.is_same_part(&before));
     assert!(!OccupancyGrid { least: [-3, 11], ..after }.is_same_part(&before));

@@ -1,7 +1,7 @@
 //! Rings that have drifted, with one closure, and with others that are wrong.
 
 use estimation::Random;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Matrix6, Vector3};
 
 use super::*;
 use crate::graph::optimise;
@@ -67,6 +67,25 @@ fn rms_m(poses: &[Isometry3<f64>], truth: &[Isometry3<f64>]) -> f64 {
 
 fn optimised(graph: &PoseGraph) -> OptimisedGraph {
     optimise(graph, &GraphConfig::default(), &|| false).unwrap()
+}
+
+/// Regression: it was optimised, to nodes 30 km away.
+#[test]
+fn an_edge_that_pushes_its_nodes_away_is_refused() {
+    let edge = Edge {
+        from: 0,
+        to: 1,
+        from_to: Isometry3::identity(),
+        information: -Matrix6::identity(),
+        is_doubtful: false,
+    };
+    let graph = PoseGraph {
+        poses: vec![Isometry3::identity(); 2],
+        is_fixed: vec![true, false],
+        edges: vec![edge],
+    };
+    let refused = optimise(&graph, &GraphConfig::default(), &|| false).unwrap_err();
+    assert_eq!(refused, GraphError::Information { edge: 0, value: -1.0 });
 }
 
 #[test]
