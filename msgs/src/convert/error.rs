@@ -1,6 +1,8 @@
 //! Why a message is not the geometry that it claims to be.
 
-use geometry::{CameraModelError, DepthSizeError, DistortionError, LabelSizeError, MapPathError};
+use geometry::{
+    CameraModelError, DepthSizeError, DistortionError, LabelSizeError, MapPathError, ScanError,
+};
 
 use super::CompressedImageError;
 
@@ -10,20 +12,9 @@ pub enum ConvertError {
     /// A path is invalid.
     #[error("Path: {0}")]
     MapPath(#[from] MapPathError),
-    /// A scan without rays.
-    #[error("LaserScan: ranges is empty; the driver sent a scan without a single ray")]
-    NoRays,
-    /// The angles of a scan are no angles.
-    #[error(
-        "LaserScan: angle_min {angle_min_rad} and angle_increment {angle_increment_rad} must be \
-         finite, and the increment not 0"
-    )]
-    ScanAngles {
-        /// Angle of the first ray.
-        angle_min_rad: f32,
-        /// Angle from a ray to the next.
-        angle_increment_rad: f32,
-    },
+    /// A scan says nothing of any place.
+    #[error("LaserScan: {0}")]
+    Scan(#[from] ScanError),
     /// A cycle was made by a method that is not known.
     #[error("CycleSetup: {method:?} is no method; rec_hv and free_space are")]
     Method {
@@ -84,27 +75,6 @@ pub enum ConvertError {
         pixels: usize,
         /// What these take.
         expected: usize,
-    },
-    /// The rays of a scan go round more than once.
-    #[error(
-        "LaserScan: {rays} rays of {angle_increment_rad} rad span {span_rad} rad, more than one \
-         turn; ranges or angle_increment is wrong"
-    )]
-    ScanSpan {
-        /// How many ranges there are.
-        rays: usize,
-        /// Angle from a ray to the next.
-        angle_increment_rad: f32,
-        /// Angle from the first ray to the last.
-        span_rad: f64,
-    },
-    /// No range could lie within the limits of a scan.
-    #[error("LaserScan: no range lies within range_min {range_min_m} and range_max {range_max_m}")]
-    ScanLimits {
-        /// Shorter ranges are no measurements.
-        range_min_m: f32,
-        /// Longer ranges are no measurements.
-        range_max_m: f32,
     },
     /// A cloud without one of its coordinates.
     #[error("PointCloud2: there is no field {field}, only [{present}]")]

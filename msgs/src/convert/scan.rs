@@ -1,52 +1,30 @@
 //! Laser scans.
 
-use std::f64::consts::TAU;
-
 use geometry::Scan;
 
 use super::{ConvertError, stamp_from_time, time_from_stamp};
 use crate::sensor_msgs::LaserScan;
 use crate::std_msgs::Header;
 
-/// Increments by which a scan may exceed one turn: drivers differ in whether the last ray repeats the
-/// first, and round their increments.
-const SPARE_INCREMENTS: f64 = 2.0;
-
 /// The scan of a message. `angle_max` and the intensities are not used: the angle of a ray follows
 /// from the first angle and the increment. Times that are not finite or negative become 0, unknown.
 ///
 /// # Errors
-/// When the scan has no ray, its angles are not finite or do not advance, its rays go round more than
-/// once, or no range could lie within its limits.
+/// When the scan says nothing: [`Scan::validate`].
 pub fn scan_from_message(message: &LaserScan) -> Result<Scan, ConvertError> {
-    let LaserScan { angle_min, angle_increment, range_min, range_max, ranges, .. } = message;
-    let (angle_min_rad, angle_increment_rad) = (*angle_min, *angle_increment);
-    let (range_min_m, range_max_m) = (*range_min, *range_max);
-    let Some(increments) = ranges.len().checked_sub(1) else { return Err(ConvertError::NoRays) };
-    if !angle_min_rad.is_finite() || !angle_increment_rad.is_finite() || angle_increment_rad == 0.0
-    {
-        return Err(ConvertError::ScanAngles { angle_min_rad, angle_increment_rad });
-    }
-    let increment_rad = f64::from(angle_increment_rad).abs();
-    let span_rad = increments as f64 * increment_rad;
-    if span_rad > TAU + SPARE_INCREMENTS * increment_rad {
-        let rays = ranges.len();
-        return Err(ConvertError::ScanSpan { rays, angle_increment_rad, span_rad });
-    }
-    if !(range_min_m >= 0.0 && range_max_m > 0.0 && range_min_m <= range_max_m) {
-        return Err(ConvertError::ScanLimits { range_min_m, range_max_m });
-    }
-    Ok(Scan {
+    let scan = Scan {
         stamp: stamp_from_time(message.header.stamp),
         frame_id: message.header.frame_id.clone(),
-        angle_min_rad,
-        angle_increment_rad,
+        angle_min_rad: message.angle_min,
+        angle_increment_rad: message.angle_increment,
         time_increment_s: known_time_s(message.time_increment),
         scan_time_s: known_time_s(message.scan_time),
-        range_min_m,
-        range_max_m,
-        ranges_m: ranges.clone(),
-    })
+        range_min_m: message.range_min,
+        range_max_m: message.range_max,
+        ranges_m: message.ranges.clone(),
+    };
+    scan.validate()?;
+    Ok(scan)
 }
 
 fn known_time_s(time_s: f32) -> f32 {
@@ -76,6 +54,8 @@ mod tests {
 
     use geometry::Stamp;
     use proptest::prelude::*;
+
+    use geometry::ScanError;
 
     use super::*;
 
@@ -127,21 +107,30 @@ mod tests {
     #[test]
     fn scans_that_cannot_be_used_are_named() {
         let no_rays = LaserScan { ranges: Vec::new(), ..turn(360) };
-        assert_eq!(scan_from_message(&no_rays), Err(ConvertError::NoRays));
+        assert_eq!(scan_from_message(&no_rays), Err(ConvertError::Scan(ScanError::NoRays)));
 
         for increment in [0.0, -0.0, f32::NAN, f32::INFINITY] {
             let message = LaserScan { angle_increment: increment, ..turn(360) };
             let error = scan_from_message(&message).unwrap_err();
-            assert!(matches!(error, ConvertError::ScanAngles { .. }), "{increment}: {error}");
+            assert!(
+                matches!(error, ConvertError::Scan(ScanError::Angles { .. })),
+                "{increment}: {error}"
+            );
         }
         let message = LaserScan { angle_min: f32::NAN, ..turn(360) };
-        assert!(matches!(scan_from_message(&message), Err(ConvertError::ScanAngles { .. })));
+        assert!(matches!(
+            scan_from_message(&message),
+            Err(ConvertError::Scan(ScanError::Angles { .. }))
+        ));
 
         for (least, most) in [(3.0, 2.0), (f32::NAN, 2.0), (0.1, f32::NAN), (0.0, 0.0), (-1.0, 2.0)]
         {
             let message = LaserScan { range_min: least, range_max: most, ..turn(360) };
             let error = scan_from_message(&message).unwrap_err();
-            assert!(matches!(error, ConvertError::ScanLimits { .. }), "{least} {most}: {error}");
+            assert!(
+                matches!(error, ConvertError::Scan(ScanError::Limits { .. })),
+                "{least} {most}: {error}"
+            );
         }
     }
 

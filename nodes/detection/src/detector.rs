@@ -7,14 +7,13 @@ mod surround;
 
 use std::sync::Arc;
 
-use crate::aperture::ScanAnglesError;
 use crate::config::DetectionConfig;
 pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, View};
 use finder::Finder;
 use geometry::{
     Cloud, CloudCamera, CycleSetup, DepthFrame, DepthLimits, DepthProjector, DetectedCycle,
     MapPath, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan,
-    VoxelAccumulator, check_pose, pose_vector,
+    ScanError, VoxelAccumulator, check_pose, pose_vector,
 };
 use surround::{ScanBeams, Surround};
 
@@ -167,7 +166,8 @@ impl Detector {
     }
 
     /// The scan's beams, and whether its geometry is another than before.
-    fn crop(&mut self, scan: &Scan) -> Result<(ScanBeams, bool), ScanAnglesError> {
+    fn crop(&mut self, scan: &Scan) -> Result<(ScanBeams, bool), ScanError> {
+        scan.validate()?;
         let rig_from_lidar = &self.setup.mounts.rig_from_lidar;
         let is_same_scan = match &self.surround {
             Some(surround) if surround.fits(scan, rig_from_lidar) => {

@@ -97,7 +97,7 @@ pub use pose::{
 };
 pub use revolution::{LidarReturn, Revolution, RevolutionSizeError};
 pub use rig::{ExtrinsicsSource, RigConfig, RigMounts, is_same_mount};
-pub use scan::{BeamOrder, Scan};
+pub use scan::{BeamOrder, Scan, ScanError};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use scan_ray::ScanRay;
 pub use stamp::Stamp;

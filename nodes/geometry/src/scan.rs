@@ -1,5 +1,7 @@
 //! One turn of a 2D laser scanner.
 
+use std::f64::consts::TAU;
+
 use serde::{Deserialize, Serialize};
 
 use crate::Stamp;
@@ -48,7 +50,75 @@ pub struct Scan {
     pub ranges_m: Vec<f32>,
 }
 
+/// Increments by which a scan may exceed one turn: drivers differ in whether the last ray repeats the first, and round their
+/// increments.
+const SPARE_INCREMENTS: f64 = 2.0;
+
+/// A scan says nothing of any place.
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+pub enum ScanError {
+    /// It has no rays.
+    #[error("ranges is empty; the driver sent a scan without a single ray")]
+    NoRays,
+    /// Its angles are no angles.
+    #[error(
+        "angle_min {angle_min_rad} and angle_increment {angle_increment_rad} must be finite, and the increment not 0"
+    )]
+    Angles {
+        /// Angle of the first ray.
+        angle_min_rad: f32,
+        /// Angle from a ray to the next.
+        angle_increment_rad: f32,
+    },
+    /// Its rays go round more than once.
+    #[error(
+        "{rays} rays of {angle_increment_rad} rad span {span_rad} rad, more than one turn; ranges or angle_increment is wrong"
+    )]
+    Span {
+        /// How many ranges there are.
+        rays: usize,
+        /// Angle from a ray to the next.
+        angle_increment_rad: f32,
+        /// Angle from the first ray to the last.
+        span_rad: f64,
+    },
+    /// No range could lie within its limits.
+    #[error("no range lies within range_min {range_min_m} and range_max {range_max_m}")]
+    Limits {
+        /// Shorter ranges are no measurements.
+        range_min_m: f32,
+        /// Longer ranges are no measurements.
+        range_max_m: f32,
+    },
+}
+
 impl Scan {
+    /// Checks that it could say something.
+    ///
+    /// # Errors
+    /// When it has no ray, its angles are not finite or do not advance, its rays go round more than once, or no range could lie
+    /// within its limits.
+    pub fn validate(&self) -> Result<(), ScanError> {
+        let Self { angle_min_rad, angle_increment_rad, range_min_m, range_max_m, .. } = *self;
+        let rays = self.ranges_m.len();
+        let Some(increments) = rays.checked_sub(1) else { return Err(ScanError::NoRays) };
+        if !angle_min_rad.is_finite()
+            || !angle_increment_rad.is_finite()
+            || angle_increment_rad == 0.0
+        {
+            return Err(ScanError::Angles { angle_min_rad, angle_increment_rad });
+        }
+        let increment_rad = f64::from(angle_increment_rad).abs();
+        let span_rad = increments as f64 * increment_rad;
+        if span_rad > TAU + SPARE_INCREMENTS * increment_rad {
+            return Err(ScanError::Span { rays, angle_increment_rad, span_rad });
+        }
+        if !(range_min_m >= 0.0 && range_max_m > 0.0 && range_min_m <= range_max_m) {
+            return Err(ScanError::Limits { range_min_m, range_max_m });
+        }
+        Ok(())
+    }
+
     /// Azimuth of beam `index` in the scan's frame.
     #[must_use]
     pub fn azimuth_rad(&self, index: usize) -> f64 {

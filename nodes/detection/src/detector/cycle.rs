@@ -1,12 +1,11 @@
 //! What goes into one cycle of detection, and what comes out of it.
 
 use geometry::{
-    Cloud, DetectedCycle, OrganisedCloud, PinholeFitError, ProjectableDepth, Scan, Stamp,
-    UnusablePose,
+    Cloud, DetectedCycle, OrganisedCloud, PinholeFitError, ProjectableDepth, Scan, ScanError,
+    Stamp, UnusablePose,
 };
 use nalgebra::Isometry3;
 
-use crate::aperture::ScanAnglesError;
 use crate::free_space::PoseJump;
 use crate::zone_finder::Unmeasured;
 
@@ -121,9 +120,9 @@ impl CycleStatistics {
 /// A cycle that cannot be computed.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 pub enum DetectionError {
-    /// The scan's angles say nothing.
+    /// The scan says nothing.
     #[error(transparent)]
-    ScanAngles(#[from] ScanAnglesError),
+    Scan(#[from] ScanError),
     /// The pose cannot carry a cloud.
     #[error(transparent)]
     Pose(#[from] UnusablePose),

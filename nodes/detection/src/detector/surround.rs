@@ -3,10 +3,10 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use geometry::{Scan, is_same_mount};
+use geometry::{Scan, ScanError, is_same_mount};
 use nalgebra::Isometry3;
 
-use crate::aperture::{Aperture, Beam, ScanAnglesError};
+use crate::aperture::{Aperture, Beam};
 
 /// The beams of a full turn: what lies behind the rig sees free space too.
 #[derive(Clone, Debug)]
@@ -38,7 +38,7 @@ impl Surround {
         scan: &Scan,
         rig_from_lidar: &Isometry3<f64>,
         aperture_rad: f64,
-    ) -> Result<Self, ScanAnglesError> {
+    ) -> Result<Self, ScanError> {
         let whole = Aperture::new(scan, rig_from_lidar, TAU)?;
         let within = whole.places_within(aperture_rad);
         Ok(Self { rig_from_lidar: *rig_from_lidar, whole, within })

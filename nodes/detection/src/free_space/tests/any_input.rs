@@ -20,7 +20,7 @@ proptest! {
     #[test]
     fn no_input_panics_and_the_same_gives_the_same(
         scans in prop::collection::vec(prop::collection::vec(range_m(), 0..90), 1..8),
-        increment in prop_oneof![Just(0.02f32), Just(-0.07), Just(f32::MIN_POSITIVE), Just(1e9)],
+        increment in prop_oneof![Just(0.02f32), Just(-0.07), Just(f32::MIN_POSITIVE), Just(1e9), Just(f32::NAN)],
         time_increment_s in prop_oneof![Just(0.0f32), Just(4e-4), Just(f32::NAN), Just(1e30)],
         range_max_m in prop_oneof![Just(8.0f32), Just(f32::INFINITY), Just(f32::NAN)],
         pose in prop::array::uniform6(-3.0f64..3.0),
@@ -52,7 +52,10 @@ proptest! {
                     map_from_rig: &map_from_rig,
                     map_frame_id: "map",
                 };
-                all.push(detector.step(&input, |_| ()).unwrap());
+                match detector.step(&input, |_| ()) {
+                    Ok(detected) => all.push(detected),
+                    Err(error) => assert!(scan.validate().is_err(), "{error}"),
+                }
             }
             all
         };
