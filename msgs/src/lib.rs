@@ -8,6 +8,29 @@
 //! Whatever a message claims about its own sizes is checked before it is used: [`cdr::decode`] and
 //! the conversions return typed errors, read nothing beyond the message, and allocate no more than the
 //! message itself justifies.
+//!
+//! ```
+//! use geometry::{Stamp, StampedPose};
+//! use msgs::geometry_msgs::PoseStamped;
+//! use msgs::{cdr, convert};
+//! use nalgebra::Isometry3;
+//!
+//! let pose = StampedPose {
+//!     stamp: Stamp::from_secs_nanos(1, 500_000_000),
+//!     frame_id: "map".to_owned(),
+//!     map_from_rig: Isometry3::translation(1.0, 2.0, 0.0),
+//! };
+//! // The bytes that DDS and bags carry, with the four of their encapsulation.
+//! let bytes = cdr::encode(&convert::message_from_pose(&pose))?;
+//! let message: PoseStamped = cdr::decode(&bytes)?;
+//! assert_eq!(convert::pose_from_message(&message)?, pose);
+//!
+//! // Four numbers that are no rotation are told, and do not become one.
+//! let mut message = message;
+//! message.pose.orientation.w = 0.0;
+//! assert!(convert::pose_from_message(&message).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #[macro_use]
 mod message;

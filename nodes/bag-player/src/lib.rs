@@ -8,6 +8,31 @@
 //! of a chunk is checked before any of its messages is returned; chunks are decompressed by the reader of the
 //! mcap crate. Chunks are ordered here, since the indexed reader of that crate checks no checksum and cannot
 //! continue after a damaged chunk.
+//!
+//! ```
+//! use bag_player::{Bag, BagWriter, OfferedQos, Selection};
+//! use geometry::Stamp;
+//! use msgs::sensor_msgs::LaserScan;
+//!
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("scans.mcap");
+//! let mut writer = BagWriter::create(&path)?;
+//! let channel = writer.channel::<LaserScan>("/scan", OfferedQos::sensor(5))?;
+//! let scan = LaserScan { ranges: vec![1.0, 2.0], ..LaserScan::default() };
+//! writer.write(channel, Stamp::from_secs_nanos(1, 0), &scan)?;
+//! writer.finish()?;
+//!
+//! // A rosbag2 folder, a sqlite3 file or a bag of ROS 1 alike.
+//! let bag = Bag::open(&path)?;
+//! let mut messages = bag.messages(&Selection::default())?;
+//! for message in &mut messages {
+//!     let message = message?;
+//!     let scan: LaserScan = message.decode()?;
+//!     assert_eq!((&*message.topic, scan.ranges.len()), ("/scan", 2));
+//! }
+//! assert!(messages.losses().is_empty(), "what was damaged is left out, and told");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![cfg_attr(not(test), deny(clippy::indexing_slicing))]
 
 mod bag;

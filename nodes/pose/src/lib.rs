@@ -22,6 +22,47 @@
 //! The core knows no ROS, no files, no clock, no randomness but what a seed gives. With the feature `ros` there is the node
 //! around it, `shell`.
 //!
+//! A camera that moves along a wall, frame by frame; images of a lens are rectified before ([`image::Rectification`]):
+//!
+//! ```
+//! use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp};
+//! use pose::frame::{FrameConfig, FrameExtractor};
+//! use pose::image::GrayImage;
+//! use pose::tracking::{Hints, Tracker, TrackerConfig};
+//!
+//! let (width_px, height_px, distance_m) = (320, 240, 2.0);
+//! let camera = CameraModel {
+//!     width_px,
+//!     height_px,
+//!     fx_px: 300.0,
+//!     fy_px: 300.0,
+//!     cx_px: 159.5,
+//!     cy_px: 119.5,
+//!     distortion: Distortion::None,
+//! };
+//! // Tiles of different grey.
+//! let wall = |x: usize, y: usize| ((x / 9 * 7919 + y / 7 * 104_729 + x / 9 * (y / 7) * 31) % 251) as u8;
+//! let mut extractor = FrameExtractor::new(FrameConfig::default())?;
+//! let mut tracker = Tracker::new(TrackerConfig::default())?;
+//! let mut last = None;
+//! for index in 0..10 {
+//!     // Three pixels an image to the right.
+//!     let pixel = |at: usize| wall(at % width_px + 3 * index, at / width_px);
+//!     let gray = GrayImage::new(width_px, height_px, (0..width_px * height_px).map(pixel).collect())?;
+//!     let depths = DepthPixels::Metres(vec![distance_m; width_px * height_px]);
+//!     let stamp = Stamp::from_nanos(index as i64 * 33_333_333);
+//!     let depth = DepthImage::new(stamp, "camera".to_owned(), (width_px, height_px), depths)?;
+//!     let frame = extractor.extract(&gray, &depth, &camera)?;
+//!     last = tracker.step(&frame, &camera, &Hints::default()).pose;
+//! }
+//! let map_from_camera = last.ok_or("the camera is lost")?.camera_from_map.inverse();
+//! let moved_m = 9.0 * 3.0 * f64::from(distance_m) / camera.fx_px;
+//! assert!((map_from_camera.translation.x - moved_m).abs() < 0.02, "{map_from_camera}");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Of what it is made, an example:
+//!
 //! ```
 //! use nalgebra::{Isometry3, Point3, Vector3};
 //! use pose::solve::rigid_alignment;

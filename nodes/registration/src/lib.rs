@@ -16,6 +16,31 @@
 //!
 //! Points are single precision in the frame of their sensor; everything that is summed is double. The number of threads
 //! changes no bit: chunks have a fixed size, and their sums are added in their order.
+//!
+//! ```
+//! use estimation::Serial;
+//! use nalgebra::{Isometry3, Point3, Vector3};
+//! use registration::{PreparationConfig, PreparedCloud, RegistrationConfig, register};
+//!
+//! // The corner of a room, and what a sensor sees of it that is 20 cm beside its origin and turned by 6 degrees.
+//! let steps = || (0..40).map(|step| 0.1 * step as f32);
+//! let on_faces = |u, v| [[u, v, 0.0], [u, 0.0, v], [0.0, u, v]].map(Point3::from);
+//! let corner_m: Vec<Point3<f32>> =
+//!     steps().flat_map(|u| steps().flat_map(move |v| on_faces(u, v))).collect();
+//! let corner_from_sensor = Isometry3::new(Vector3::new(0.2, 0.0, 0.0), Vector3::z() * 0.1);
+//! let sensor_from_corner = corner_from_sensor.inverse();
+//! let seen_m: Vec<Point3<f32>> =
+//!     corner_m.iter().map(|point_m| (sensor_from_corner * point_m.cast::<f64>()).cast()).collect();
+//!
+//! // Each cloud is made ready once, however often it is registered.
+//! let prepared = |points_m| PreparedCloud::new(points_m, &PreparationConfig::default(), &Serial);
+//! let (source, target) = (prepared(&seen_m)?, prepared(&corner_m)?);
+//! let config = RegistrationConfig::default();
+//! let found = register(&source, &target, &Isometry3::identity(), &config, &Serial)?;
+//! let error = corner_from_sensor.inverse() * found.target_from_source;
+//! assert!(found.converged && error.translation.vector.norm() < 0.01 && error.rotation.angle() < 0.01);
+//! # Ok::<(), registration::RegistrationError>(())
+//! ```
 
 mod alignment;
 mod config;

@@ -41,8 +41,9 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         let (zones, moving) = (&detected.cycle.zones, &segmented.cycle.dynamic_cloud.points_m);
         println!("cycle {cycle}: {} zones, {} points move", zones.len(), moving.len());
     }
-    std::fs::write("map.ply", ply::encode(&map.points()))?;
-    println!("{} points in map.ply", map.len());
+    let whole = map.whole();
+    std::fs::write("map.ply", ply::encode_map(&whole.points, &whole.views))?;
+    println!("{} points in map.ply", whole.points.points_m.len());
     Ok(())
 }
 
