@@ -103,7 +103,16 @@ struct Endpoint {
 #[derive(Clone, Debug)]
 enum Misfit {
     OtherType(String),
-    Incompatible { offered: Box<QosPolicies>, requested: Box<QosPolicies> },
+    /// On Zenoh, where types have the hashes of their definitions.
+    #[cfg(feature = "zenoh")]
+    OtherDefinition {
+        /// Whether the peer says which.
+        is_known: bool,
+    },
+    Incompatible {
+        offered: Box<QosPolicies>,
+        requested: Box<QosPolicies>,
+    },
 }
 
 impl Endpoint {
@@ -111,6 +120,8 @@ impl Endpoint {
         let end = End { role: self.role, topic: &self.topic, dds_type: &self.dds_type };
         match misfit {
             Misfit::OtherType(other) => end.other_type(who, other),
+            #[cfg(feature = "zenoh")]
+            Misfit::OtherDefinition { is_known } => end.other_definition(who, *is_known),
             Misfit::Incompatible { offered, requested } => {
                 end.incompatible(who, offered, requested)
             }

@@ -1,7 +1,6 @@
 //! Tests of nodes that share a process: pointers between them, DDS for those outside.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use free_domain::FreeDomain;
 use geometry::DetectedCycle;
@@ -9,29 +8,11 @@ use msgs::RosMessage;
 use msgs::sensor_msgs::{Image, LaserScan};
 use msgs::stillmap_msgs::ReducedCloud;
 
+use crate::two_nodes::{arguments, scan, soon};
 use crate::{Arrived, Host, Node, PublishError, Qos, RosArguments, Transport};
 
-/// Longer than anything takes on a busy machine; a test that waits this long has failed.
-const PATIENCE: Duration = Duration::from_secs(120);
-
-fn arguments(namespace: &str) -> RosArguments {
-    let rule = format!("__ns:={namespace}");
-    RosArguments::parse(["--ros-args", "-r", &rule]).unwrap()
-}
-
 fn node(host: &Host, name: &str) -> Node {
-    host.node(name, &arguments("/test")).unwrap()
-}
-
-fn scan(beams: usize) -> LaserScan {
-    LaserScan { ranges: vec![1.5; beams], ..LaserScan::default() }
-}
-
-async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
-    match tokio::time::timeout(PATIENCE, wait).await {
-        Ok(value) => value,
-        Err(_) => panic!("waited in vain: {what}"),
-    }
+    host.node(name, &arguments("/test", &[])).unwrap()
 }
 
 #[test]
@@ -126,7 +107,7 @@ fn other_topics_and_other_types_hear_nothing() {
     let publisher = node.publisher::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
     let elsewhere = node.subscription::<LaserScan>("scan2", &Qos::sensor(5)).unwrap();
     let image = node.subscription::<Image>("scan", &Qos::sensor(5)).unwrap();
-    let stranger = Host::in_process().node("stranger", &arguments("/test")).unwrap();
+    let stranger = Host::in_process().node("stranger", &arguments("/test", &[])).unwrap();
     let strange = stranger.subscription::<LaserScan>("scan", &Qos::sensor(5)).unwrap();
     publisher.publish(scan(1)).unwrap();
     assert_eq!(publisher.subscriber_count(), 0);
@@ -213,7 +194,7 @@ async fn waiting_ends_with_the_message_and_with_the_peer() {
 /// The domain of this process, and a namespace that keeps its tests apart.
 fn network(test: u16) -> (Transport, RosArguments) {
     let transport = Transport::on_domain(FreeDomain::of_this_process().number()).unwrap();
-    (transport, arguments(&format!("/host_test_{test}")))
+    (transport, arguments(&format!("/host_test_{test}"), &[]))
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -67,6 +67,8 @@ mod process;
 mod program;
 mod services;
 mod settings;
+#[cfg(test)]
+mod two_nodes;
 mod wire;
 
 pub use endpoints::counters::Counters;
@@ -111,6 +113,7 @@ pub use settings::waiting_cycles::EVERY_CYCLE;
 pub use settings::{arguments, names, parameters};
 pub use wire::error::{PublishError, ShellError};
 pub use wire::payload::PayloadError;
+pub use wire::rmw_zenoh::ZenohLinks;
 pub use wire::transport::{
     Announcer, BacklogWatch, DatagramFilter, DiscoveryRange, GrantedBuffer, InterfaceInUse, Joined,
     MessageTooLarge, RAISE_RECEIVE_BUFFER, ReceiveHealth, StaticPeer, Transport, TransportError,

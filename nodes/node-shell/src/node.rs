@@ -25,6 +25,7 @@ use crate::settings::parameters::{self, Switches};
 use crate::settings::qos::Qos;
 use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
+use crate::wire::rmw_zenoh::ZenohLinks;
 use crate::wire::transport::GrantedBuffer;
 
 /// A running node.
@@ -142,6 +143,16 @@ impl Node {
     #[must_use]
     pub fn granted_buffer(&self) -> Option<GrantedBuffer> {
         Some(self.network.as_ref()?.link.dds()?.granted)
+    }
+
+    /// What the node is connected to on Zenoh; none on DDS, or on no network.
+    #[must_use]
+    pub fn zenoh_links(&self) -> Option<ZenohLinks> {
+        match &self.network.as_ref()?.link {
+            Link::Dds(_) => None,
+            #[cfg(feature = "zenoh")]
+            Link::Zenoh(node) => Some(node.links()),
+        }
     }
 
     /// How a stage subscribes to the cycles of the one before it. Live, few may wait, and the oldest is dropped; without a network, and

@@ -12,15 +12,12 @@ use free_domain::FreeDomain;
 use msgs::RosMessage;
 use msgs::diagnostic_msgs::{DiagnosticArray, DiagnosticStatus};
 use msgs::sensor_msgs::{Image, LaserScan};
-use msgs::std_msgs::Header;
 use rustdds::LostReason;
 
+use crate::two_nodes::{arguments, matched, scan, soon};
 use crate::{
     DiscoveredEndpoint, Node, Publisher, Qos, Role, RosArguments, Subscription, Transport,
 };
-
-/// Longer than anything takes on a busy machine; a test that waits this long has failed.
-const PATIENCE: Duration = Duration::from_secs(120);
 
 /// Nodes of one test, apart from those of all others by domain and namespace.
 struct Place {
@@ -47,34 +44,7 @@ impl Place {
     }
 
     fn node_with(&self, name: &str, extra: &[&str]) -> Node {
-        let namespace = format!("__ns:={}", self.namespace);
-        let mut line = vec!["--ros-args", "-r", &namespace];
-        line.extend(extra);
-        let arguments = RosArguments::parse(line).unwrap();
-        Node::start_on(self.transport.clone(), name, &arguments).unwrap()
-    }
-}
-
-async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
-    match tokio::time::timeout(PATIENCE, wait).await {
-        Ok(value) => value,
-        Err(_) => panic!("waited in vain: {what}"),
-    }
-}
-
-async fn matched<M: RosMessage>(publisher: &Publisher<M>, subscription: &Subscription<M>) {
-    soon("the match", async {
-        publisher.wait_for_subscribers(1).await;
-        subscription.wait_for_publishers(1).await;
-    })
-    .await;
-}
-
-fn scan(beams: usize) -> LaserScan {
-    LaserScan {
-        header: Header { frame_id: "laser".to_owned(), ..Header::default() },
-        ranges: (0..beams).map(|beam| beam as f32 * 0.5).collect(),
-        ..LaserScan::default()
+        Node::start_on(self.transport.clone(), name, &arguments(&self.namespace, extra)).unwrap()
     }
 }
 

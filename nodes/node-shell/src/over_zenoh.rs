@@ -12,11 +12,10 @@ use msgs::std_srvs::{SetBool, SetBoolRequest, SetBoolResponse};
 use msgs::{RosMessage, RosService};
 
 use crate::parameters::NodeParameters;
+use crate::two_nodes::{PATIENCE, arguments, matched, scan, soon};
 use crate::wire::rmw_zenoh::settings::ZenohSettings;
-use crate::{AskError, Host, Node, Publisher, Qos, Role, RosArguments, Subscription, Transport};
+use crate::{AskError, Host, Node, Qos, Role, Transport};
 
-/// Longer than anything takes on a busy machine; a test that waits this long has failed.
-const PATIENCE: Duration = Duration::from_secs(120);
 /// In which nothing comes.
 const SHORT: Duration = Duration::from_millis(100);
 
@@ -56,18 +55,23 @@ impl Place {
 
     /// `mode` as Zenoh has it: peers connect with each other too, clients with the router alone.
     fn transport(&self, mode: &str) -> Transport {
+        self.transport_that_looks(mode, 3)
+    }
+
+    /// The same, looking for a router that often.
+    fn transport_that_looks(&self, mode: &str, router_checks: u64) -> Transport {
         let pair = |key: &str, value: String| (key.to_owned(), value);
         let overrides = vec![
             pair("mode", format!("\"{mode}\"")),
             pair("connect/endpoints", format!("[\"tcp/127.0.0.1:{}\"]", self.port)),
             pair("connect/retry", "{ period_init_ms: 100, period_max_ms: 200 }".to_owned()),
         ];
-        let settings = ZenohSettings { config_file: None, overrides, router_checks: 3 };
+        let settings = ZenohSettings { config_file: None, overrides, router_checks };
         Transport::on_domain(7).unwrap().over_zenoh(settings)
     }
 
     fn node(&self, name: &str) -> Node {
-        Node::start_on(self.transport("client"), name, &arguments()).unwrap()
+        Node::start_on(self.transport("client"), name, &arguments("/robot", &[])).unwrap()
     }
 }
 
@@ -81,29 +85,6 @@ geometry::parameters! {
 }
 
 impl NodeParameters for OwnParameters {}
-
-fn arguments() -> RosArguments {
-    RosArguments::parse(["--ros-args", "-r", "__ns:=/robot"]).unwrap()
-}
-
-async fn soon<T>(what: &str, wait: impl Future<Output = T>) -> T {
-    match tokio::time::timeout(PATIENCE, wait).await {
-        Ok(value) => value,
-        Err(_) => panic!("waited in vain: {what}"),
-    }
-}
-
-async fn matched<M: RosMessage>(publisher: &Publisher<M>, subscription: &Subscription<M>) {
-    soon("the match", async {
-        publisher.wait_for_subscribers(1).await;
-        subscription.wait_for_publishers(1).await;
-    })
-    .await;
-}
-
-fn scan(beams: usize) -> LaserScan {
-    LaserScan { ranges: vec![1.5; beams], ..LaserScan::default() }
-}
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn messages_reach_a_node_of_another_process_in_order_and_once() {
@@ -162,12 +143,39 @@ async fn who_comes_late_gets_what_a_latched_topic_keeps() {
     viewer.close().await;
 }
 
+/// Each latched topic sent a heartbeat every half second for ever, whether there was a message or not.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_latched_topic_is_silent_while_nothing_is_published() {
+    let place = Place::new();
+    let mapper = place.node("mapper");
+    let router = place.router.as_ref().unwrap();
+    let heartbeats = router.declare_subscriber("7/robot/map/*/*/@adv/pub/**").await.unwrap();
+    {
+        let publisher = mapper.publisher::<LaserScan>("map", &Qos::latched()).unwrap();
+        soon("a heartbeat", async {
+            loop {
+                publisher.publish(scan(1)).unwrap();
+                let next = tokio::time::timeout(SHORT, heartbeats.recv_async()).await;
+                if next.is_ok() {
+                    break;
+                }
+            }
+        })
+        .await;
+        // Time for three. The last message has one.
+        tokio::time::sleep(Duration::from_millis(1700)).await;
+        let more = std::iter::from_fn(|| heartbeats.try_recv().ok().flatten()).count();
+        assert!(more <= 1, "{more}");
+    }
+    mapper.close().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn services_answer_other_processes_and_siblings() {
     let place = Place::new();
     let host = Host::on(place.transport("client")).unwrap();
-    let server = host.node("server", &arguments()).unwrap();
-    let sibling = host.node("sibling", &arguments()).unwrap();
+    let server = host.node("server", &arguments("/robot", &[])).unwrap();
+    let sibling = host.node("sibling", &arguments("/robot", &[])).unwrap();
     let other = place.node("other");
     {
         let missing = other.service_client::<SetBool>("nobody/switch").unwrap();
@@ -207,8 +215,8 @@ async fn services_answer_other_processes_and_siblings() {
 async fn nodes_of_one_process_hand_over_and_are_heard_outside_once() {
     let place = Place::new();
     let host = Host::on(place.transport("client")).unwrap();
-    let talker = host.node("talker", &arguments()).unwrap();
-    let listener = host.node("listener", &arguments()).unwrap();
+    let talker = host.node("talker", &arguments("/robot", &[])).unwrap();
+    let listener = host.node("listener", &arguments("/robot", &[])).unwrap();
     let outsider = place.node("outsider");
     {
         for (topic, qos) in [("scan", Qos::reliable(5)), ("map", Qos::latched())] {
@@ -334,6 +342,20 @@ async fn a_router_that_ends_and_comes_back_brings_nodes_together_again() {
     listener.close().await;
 }
 
+/// A node that was told to wait for its router as long as it takes was deaf to SIGTERM.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_waits_for_a_router_without_end_ends_when_asked() {
+    let mut place = Place::new();
+    place.stop_router();
+    let host = Host::on(place.transport_that_looks("peer", u64::MAX)).unwrap();
+    let shutdown = host.shutdown_signal();
+    let start = move || host.node("patient", &arguments("/robot", &[]));
+    let mut started = tokio::task::spawn_blocking(start);
+    assert!(tokio::time::timeout(SHORT, &mut started).await.is_err());
+    shutdown.trigger();
+    soon("the end of the wait", started).await.unwrap().unwrap().close().await;
+}
+
 /// Without a router nodes start, say so, and are on their own.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_node_starts_before_its_router_and_offers_its_services() {
@@ -341,7 +363,7 @@ async fn a_node_starts_before_its_router_and_offers_its_services() {
     place.stop_router();
     let start = |name: &str| {
         let transport = place.transport("peer");
-        Node::start_on(transport, name, &arguments()).unwrap()
+        Node::start_on(transport, name, &arguments("/robot", &[])).unwrap()
     };
     let (talker, listener) = (start("talker"), start("listener"));
     place.start_router();

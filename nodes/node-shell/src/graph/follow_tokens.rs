@@ -5,15 +5,15 @@ use rustdds::GUID;
 use super::names::ParticipantNodes;
 use super::{Endpoint, Graph, Misfit, Role};
 use crate::graph::exchange::EndpointId;
-use crate::settings::names::{dds_request_topic_name, dds_response_topic_name, ros_type_name};
+use crate::process::throttle::Throttle;
+use crate::settings::names::{dds_request_topic_name, dds_response_topic_name};
 use crate::wire::rmw_zenoh::keys::{Kind, Token, UNKNOWN_HASH};
 use crate::wire::rmw_zenoh::session::Tokens;
 
-/// The most tokens of others that are kept.
-const MOST_TOKENS: usize = 1 << 16;
+/// The most tokens of others that are known; what is announced beyond is not seen.
+const MOST_TOKENS: usize = 1 << 14;
 
-/// What follows the name of a type whose definition is another one.
-const OTHER_DEFINITION: &str = " of another definition";
+static REFUSED: Throttle = Throttle::for_warnings();
 
 impl Graph {
     /// Follows the tokens until `stop` resolves. `is_own` tells those of this process.
@@ -28,12 +28,11 @@ impl Graph {
             tokio::select! {
                 () = &mut stop => return,
                 change = tokens.next() => match change {
-                    Some((token, true)) => {
+                    (token, true) => {
                         let is_own = is_own(&token);
                         self.token_found(token, is_own);
                     }
-                    Some((token, false)) => self.token_gone(&token),
-                    None => return,
+                    (token, false) => self.token_gone(&token),
                 },
             }
         }
@@ -53,6 +52,9 @@ impl Graph {
     }
 
     pub(super) fn token_found(&self, token: Token, is_own: bool) {
+        if !is_own && !self.keep(&token) {
+            return;
+        }
         let participant = token.node.participant();
         let nodes = ParticipantNodes::of_node(participant, &token.node.namespace, &token.node.name);
         self.lock_names().take(nodes);
@@ -65,14 +67,24 @@ impl Graph {
             self.exchange.notify();
         }
         // What this process has is matched by the exchange.
-        if is_own {
-            return;
+        if !is_own {
+            self.match_token(&token, |_, _| true);
         }
-        self.match_token(&token, |_, _| true);
+    }
+
+    /// Whether there is room for the token of another process.
+    fn keep(&self, token: &Token) -> bool {
         let mut tokens = self.lock_tokens();
-        if tokens.len() < MOST_TOKENS {
-            tokens.insert(token.to_string(), token);
+        let key = token.to_string();
+        let has_room = tokens.len() < MOST_TOKENS || tokens.contains_key(&key);
+        if has_room {
+            tokens.insert(key, token.clone());
+        } else if let Some(held_back) = REFUSED.pass() {
+            tracing::warn!(
+                "{MOST_TOKENS} endpoints of others are known, and further ones are not seen ({held_back} more since the last warning)"
+            );
         }
+        has_room
     }
 
     pub(super) fn token_gone(&self, token: &Token) {
@@ -85,7 +97,7 @@ impl Graph {
     }
 
     /// Every publisher and subscription of one name talk with each other on Zenoh, whatever their quality of service, if their types
-    /// are the same to the last field.
+    /// are the same to the last field. Who does not know the definition subscribes to any, and publishes to such subscriptions alone.
     fn match_token(&self, token: &Token, is_meant: impl Fn(&EndpointId, &Endpoint) -> bool) {
         let role = match token.kind {
             Kind::Publisher => Role::Subscription,
@@ -101,13 +113,18 @@ impl Graph {
             .filter_map(|(_, one)| Some((one.guid?, one.dds_type.clone(), one.hash.clone())))
             .collect();
         for (own, dds_type, hash) in ours {
-            let is_any = [hash.as_str(), end.hash.as_str()].contains(&UNKNOWN_HASH);
-            if dds_type == end.dds_type && hash != end.hash && !is_any {
-                let other = format!("{}{OTHER_DEFINITION}", ros_type_name(&dds_type));
-                self.misfit(own, peer, Misfit::OtherType(other));
-            } else {
+            let (publishers, subscriptions) = match role {
+                Role::Publisher => (hash.as_str(), end.hash.as_str()),
+                Role::Subscription => (end.hash.as_str(), hash.as_str()),
+            };
+            let is_heard = subscriptions == publishers || subscriptions == UNKNOWN_HASH;
+            if dds_type != end.dds_type || is_heard {
+                // Another type is found there.
                 self.matched(own, peer, Some(end.dds_type.clone()));
+                continue;
             }
+            let is_known = end.hash != UNKNOWN_HASH;
+            self.misfit(own, peer, Misfit::OtherDefinition { is_known });
         }
     }
 }

@@ -80,6 +80,12 @@ impl ParticipantId {
             _ => "unknown DDS",
         }
     }
+
+    /// Whether publishers and subscriptions whose quality of service does not fit are kept apart: not on Zenoh.
+    #[must_use]
+    pub fn compares_qos(&self) -> bool {
+        !self.0.starts_with(&PARTICIPANT_MARK)
+    }
 }
 
 impl fmt::Display for ParticipantId {

@@ -71,6 +71,26 @@ impl End<'_> {
         Trouble { topic: (*topic).to_owned(), kind: TroubleKind::OtherType, text }
     }
 
+    /// `is_known`: whether the peer says which definition its type has.
+    #[cfg(feature = "zenoh")]
+    pub(super) fn other_definition(&self, who: &str, is_known: bool) -> Trouble {
+        let peer = self.role.peers();
+        let kind = ros_type_name(self.dds_type);
+        let text = if is_known {
+            format!(
+                "a {peer} there, {who}, has another definition of {kind} than this node's {}; they do not talk to each other: let both \
+                 have the messages of one release",
+                self.role
+            )
+        } else {
+            format!(
+                "a {peer} there, {who}, does not say which definition of {kind} it has, and is not heard: it is of ROS 2 Humble, whose \
+                 rmw_zenoh and newer ones do not talk to each other, or plays what it has no definition of"
+            )
+        };
+        Trouble { topic: self.topic.to_owned(), kind: TroubleKind::OtherType, text }
+    }
+
     /// A peer whose quality of service does not fit.
     pub(super) fn incompatible(
         &self,

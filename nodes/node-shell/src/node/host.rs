@@ -90,7 +90,8 @@ impl Host {
             let open = match session.upgrade() {
                 Some(open) => open,
                 None => {
-                    let opened = Session::open(transport.domain_id(), settings);
+                    let domain_id = transport.domain_id();
+                    let opened = Session::open(domain_id, settings, &self.shutdown);
                     Arc::new(opened.map_err(ShellError::Zenoh)?)
                 }
             };

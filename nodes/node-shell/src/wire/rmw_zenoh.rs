@@ -12,8 +12,19 @@ pub(crate) mod services;
 #[cfg(feature = "zenoh")]
 pub(crate) mod session;
 pub(crate) mod settings;
+#[cfg(any(feature = "zenoh", test))]
+pub(crate) mod token_changes;
 #[cfg(feature = "zenoh")]
 pub(crate) mod topics;
+
+/// What a node on Zenoh is connected to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ZenohLinks {
+    /// They connect it to nodes of other machines, and tell it of those of its own.
+    pub routers: usize,
+    /// Other nodes, directly.
+    pub peers: usize,
+}
 
 /// In the first bytes of the number that a node has here, as DDS has participants: no vendor of DDS has it.
 pub(crate) const PARTICIPANT_MARK: [u8; 2] = [0xff, 0x5a];

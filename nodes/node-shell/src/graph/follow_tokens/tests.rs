@@ -72,8 +72,46 @@ fn another_type_or_another_definition_of_it_is_no_peer_and_is_told() {
     assert_eq!(texts.len(), 2);
     let is_told = |part: &str| texts.iter().any(|text| text.contains(part));
     assert!(is_told("node /driver, has the type a/msg/B"), "{texts:?}");
-    assert!(is_told("sensor_msgs/msg/LaserScan of another definition"), "{texts:?}");
-    // One that does not say which.
-    graph.token_found(token(Kind::Publisher, 4, (SCAN, UNKNOWN_HASH)), false);
-    assert_eq!(graph.peers(id), 1);
+    assert!(
+        is_told("node /driver, has another definition of sensor_msgs/msg/LaserScan"),
+        "{texts:?}"
+    );
+}
+
+/// Messages of a type without a hash have a key of their own: such a publisher was counted, and nothing came.
+#[test]
+fn a_publisher_without_a_hash_is_heard_by_those_alone_that_hear_all() {
+    let graph = graph();
+    let exchange = Arc::clone(&graph.exchange);
+    let id = subscribe(&graph, &exchange);
+    graph.token_found(token(Kind::Publisher, 2, (SCAN, UNKNOWN_HASH)), false);
+    assert_eq!(graph.peers(id), 0);
+    let texts: Vec<String> = graph.troubles().into_iter().map(|one| one.text).collect();
+    let is_told = |part: &str| texts.iter().any(|text| text.contains(part));
+    assert!(is_told("is not heard: it is of ROS 2 Humble"), "{texts:?}");
+    // The recorder hears all of a topic.
+    let key = TopicKey { topic: "/scan".to_owned(), dds_type: SCAN.to_owned() };
+    let any = exchange.enter_publisher(key, &Qos::reliable(1));
+    let guid = GUID::from_bytes([8; 16]);
+    let place = (Role::Subscription, "/scan", SCAN);
+    graph.enter(any, place, || Ok::<_, String>(Some((guid, ())))).unwrap();
+    graph.enter_hash(any, UNKNOWN_HASH);
+    graph.token_found(token(Kind::Publisher, 3, (SCAN, "RIHS01_a")), false);
+    assert_eq!((graph.peers(id), graph.peers(any)), (1, 2));
+}
+
+/// As a peer on the network that announces endpoint after endpoint.
+#[test]
+fn so_many_tokens_of_others_are_known_and_no_more() {
+    let graph = graph();
+    let exchange = Arc::clone(&graph.exchange);
+    let id = subscribe(&graph, &exchange);
+    for entity_id in 0..MOST_TOKENS as u64 + 100 {
+        graph.token_found(token(Kind::Publisher, entity_id, (SCAN, "RIHS01_a")), false);
+    }
+    assert_eq!((graph.tokens().len(), graph.peers(id)), (MOST_TOKENS, MOST_TOKENS));
+    // One's own are known all the same.
+    graph.token_found(token(Kind::Server, 1 << 20, (SCAN, "RIHS01_a")), true);
+    graph.token_gone(&token(Kind::Publisher, 7, (SCAN, "RIHS01_a")));
+    assert_eq!((graph.tokens().len(), graph.peers(id)), (MOST_TOKENS - 1, MOST_TOKENS - 1));
 }

@@ -3,25 +3,32 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use ::zenoh::Wait;
 use ::zenoh::config::Config;
 use ::zenoh::liveliness::LivelinessToken;
 use ::zenoh::pubsub::Subscriber;
 use ::zenoh::sample::SampleKind;
-use tokio::sync::mpsc;
 
+use super::ZenohLinks;
 use super::keys::{self, End, Kind, NodePlace, Token};
 use super::settings::ZenohSettings;
+use super::token_changes::TokenChanges;
+use crate::process::shutdown::Shutdown;
 use crate::settings::names::NodeIdentity;
 
 /// The configuration of a node where the environment names none: the values that rmw_zenoh's own default
 /// (`DEFAULT_RMW_ZENOH_SESSION_CONFIG.json5`) has instead of Zenoh's.
 const DEFAULT_CONFIG: &str = include_str!("session.json5");
 
+/// What helps where none is connected.
+const START_A_ROUTER: &str =
+    "start a router (ros2 run rmw_zenoh_cpp rmw_zenohd, or zenohd), or see ZENOH_CONFIG_OVERRIDE";
 /// How long it is until the next look for a router.
 const BETWEEN_CHECKS: Duration = Duration::from_secs(1);
+/// A wait may be without end, and a program ends when it is asked to.
+const BETWEEN_LOOKS_FOR_SHUTDOWN: Duration = Duration::from_millis(20);
 /// After this many looks the log says again that none is there.
 const CHECKS_PER_WARNING: u64 = 10;
 
@@ -36,13 +43,29 @@ pub(crate) struct Session {
 }
 
 impl Session {
+    /// Waits for a router as long as the settings say, and no longer than until `shutdown`.
+    ///
     /// # Errors
     /// When the configuration is none, or the session cannot be had by it.
-    pub(crate) fn open(domain_id: u16, settings: &ZenohSettings) -> Result<Self, String> {
-        let zenoh = ::zenoh::open(config(settings)?).wait().map_err(|error| first_line(&*error))?;
-        look_for_a_router(&zenoh, settings.router_checks);
+    pub(crate) fn open(
+        domain_id: u16,
+        settings: &ZenohSettings,
+        shutdown: &Shutdown,
+    ) -> Result<Self, String> {
+        let zenoh = ::zenoh::open(config(settings)?)
+            .wait()
+            .map_err(|error| format!("{}; {START_A_ROUTER}", first_line(&*error)))?;
+        look_for_a_router(&zenoh, settings.router_checks, shutdown);
         let id = zenoh.zid().to_string();
         Ok(Self { zenoh, domain_id, id, next_entity: AtomicU64::new(0), own: Mutex::default() })
+    }
+
+    fn links(&self) -> ZenohLinks {
+        let info = self.zenoh.info();
+        ZenohLinks {
+            routers: info.routers_zid().wait().count(),
+            peers: info.peers_zid().wait().count(),
+        }
     }
 
     pub(super) fn is_own(&self, publisher: &[u8; 16]) -> bool {
@@ -112,6 +135,11 @@ impl ZenohNode {
         keys::data_key(self.session.domain_id, &end.name, &end.dds_type, "*")
     }
 
+    /// What the process' session is connected to now.
+    pub(crate) fn links(&self) -> ZenohLinks {
+        self.session.links()
+    }
+
     /// The identity of the process' session, which all its tokens have.
     pub(crate) fn session_id(&self) -> &str {
         &self.session.id
@@ -122,7 +150,8 @@ impl ZenohNode {
     /// # Errors
     /// When the session is closed.
     pub(crate) fn follow(&self) -> Result<Tokens, String> {
-        let (sender, changes) = mpsc::unbounded_channel();
+        let changes = Arc::new(TokenChanges::new());
+        let noted = Arc::clone(&changes);
         let subscriber = self
             .session
             .zenoh
@@ -130,10 +159,7 @@ impl ZenohNode {
             .declare_subscriber(keys::all_tokens(self.session.domain_id))
             .history(true)
             .callback(move |sample| {
-                if let Some(token) = Token::parse(sample.key_expr().as_str()) {
-                    // The receiver is gone when its node is.
-                    let _ = sender.send((token, sample.kind() == SampleKind::Put));
-                }
+                noted.note(sample.key_expr().as_str(), sample.kind() == SampleKind::Put);
             })
             .wait()
             .map_err(|error| first_line(&*error))?;
@@ -143,14 +169,14 @@ impl ZenohNode {
 
 /// The tokens that come and go.
 pub(crate) struct Tokens {
-    changes: mpsc::UnboundedReceiver<(Token, bool)>,
+    changes: Arc<TokenChanges>,
     _subscriber: Subscriber<()>,
 }
 
 impl Tokens {
-    /// The next token, and whether it has come; `None` when the session is closed.
-    pub(crate) async fn next(&mut self) -> Option<(Token, bool)> {
-        self.changes.recv().await
+    /// The next token, and whether it has come.
+    pub(crate) async fn next(&mut self) -> (Token, bool) {
+        self.changes.next().await
     }
 }
 
@@ -163,7 +189,7 @@ pub(super) fn announce(session: &Session, token: &Token) -> Result<LivelinessTok
 pub(super) fn first_line(error: &dyn std::fmt::Display) -> String {
     let text = error.to_string();
     let line = text.lines().next().unwrap_or_default();
-    line.split(" at /").next().unwrap_or_default().trim_end_matches('.').to_owned()
+    line.split(" at /").next().unwrap_or_default().trim_end_matches(['.', '!', ' ']).to_owned()
 }
 
 /// Since 1970, by the wall clock.
@@ -187,18 +213,23 @@ fn config(settings: &ZenohSettings) -> Result<Config, String> {
 }
 
 /// Without a router nodes do not find each other: that is said, and the session goes on and connects when there is one.
-fn look_for_a_router(zenoh: &::zenoh::Session, checks: u64) {
+fn look_for_a_router(zenoh: &::zenoh::Session, checks: u64, shutdown: &Shutdown) {
     for check in 0..checks {
         if zenoh.info().routers_zid().wait().next().is_some() {
             return;
         }
         if check.is_multiple_of(CHECKS_PER_WARNING) {
-            tracing::warn!(
-                "no Zenoh router is connected: start one (ros2 run rmw_zenoh_cpp rmw_zenohd, or zenohd), or see ZENOH_CONFIG_OVERRIDE"
-            );
+            tracing::warn!("no Zenoh router is connected: {START_A_ROUTER}");
         }
-        if check + 1 < checks {
-            std::thread::sleep(BETWEEN_CHECKS);
+        if check + 1 == checks {
+            return;
+        }
+        let looked = Instant::now();
+        while looked.elapsed() < BETWEEN_CHECKS {
+            if shutdown.is_triggered() {
+                return;
+            }
+            std::thread::sleep(BETWEEN_LOOKS_FOR_SHUTDOWN);
         }
     }
 }
@@ -209,6 +240,19 @@ mod tests {
 
     fn settings() -> ZenohSettings {
         ZenohSettings { config_file: None, overrides: Vec::new(), router_checks: 0 }
+    }
+
+    /// Zenoh's own values are 5 s, after which the connection of a busy machine was closed, and 16 MiB, three clouds.
+    #[test]
+    fn what_rmw_zenoh_sets_otherwise_than_zenoh_is_set() {
+        let config = config(&settings()).unwrap();
+        let get = |key: &str| config.get_json(key).unwrap();
+        let block = "transport/link/tx/queue/congestion_control/block/wait_before_close";
+        assert_eq!(get(block), "60000000");
+        let shared = "transport/shared_memory/transport_optimization";
+        assert_eq!(get(&format!("{shared}/pool_size")), "50331648");
+        assert_eq!(get(&format!("{shared}/message_size_threshold")), "512");
+        assert_eq!(get("transport/shared_memory/enabled"), "false");
     }
 
     #[test]

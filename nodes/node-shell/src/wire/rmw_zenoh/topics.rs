@@ -18,7 +18,7 @@ use super::attachment::Attachment;
 use super::keys::{self, End, Kind, Token, UNKNOWN_HASH};
 use super::session::{Session, ZenohNode, announce, first_line, now_ns};
 
-/// How often a latched publisher says how many messages there were, where that has changed; as in rmw_zenoh.
+/// How often a latched publisher looks whether the number of its messages has changed, and says so if it has; as in rmw_zenoh.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 /// The most messages that a subscription keeps, whatever its depth.
 const MOST_WAITING: usize = 1 << 16;
@@ -67,7 +67,7 @@ impl ZenohNode {
                 .cache(CacheConfig::default().max_samples(qos.depth()))
                 .publisher_detection();
             if qos.is_reliable() {
-                let detection = MissDetectionConfig::default().heartbeat(HEARTBEAT);
+                let detection = MissDetectionConfig::default().sporadic_heartbeat(HEARTBEAT);
                 builder = builder.sample_miss_detection(detection);
             }
         }
