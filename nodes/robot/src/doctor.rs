@@ -159,7 +159,9 @@ fn examine_graph(args: &DoctorArgs, ros: &RosArguments) -> Result<Report, Failur
     let (view, buffer) = listen(transport, ros, listening)?;
     let mut findings = if is_zenoh {
         // Interfaces, ports and buffers are the router's affair.
-        vec![Finding::ok(Check::Environment, format!("nodes start on {}", machine.transport))]
+        let begin =
+            Finding::ok(Check::Transport, format!("the environment selects {}", machine.transport));
+        [begin].into_iter().chain(view.router()).collect()
     } else {
         machine.findings(&buffer)
     };

@@ -18,6 +18,7 @@ pub(crate) enum Check {
     SendBuffer,
     Fragments,
     Dropped,
+    Router,
     Graph,
     Types,
     Qos,

@@ -16,7 +16,7 @@ mod synthetic;
 use std::collections::BTreeMap;
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
-use node_shell::{DiscoveredEndpoint, Role};
+use node_shell::{DiscoveredEndpoint, Role, ZenohLinks};
 
 use super::checks::Check;
 use super::content::TransformFacts;
@@ -52,6 +52,12 @@ pub(crate) struct GraphView {
     reports: Vec<DiagnosticStatus>,
     /// What the kernel dropped meanwhile; `None` if it does not report that.
     dropped: Option<KernelDrops>,
+    /// What it was connected to at the end, on Zenoh.
+    links: Option<ZenohLinks>,
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
 }
 
 impl GraphView {
@@ -87,6 +93,28 @@ impl GraphView {
         listing::of(&self.endpoints)
     }
 
+    /// On Zenoh, whether it is connected at all; on DDS nothing is.
+    pub(super) fn router(&self) -> Option<Finding> {
+        let ZenohLinks { routers, peers } = self.links?;
+        Some(if routers + peers == 0 {
+            Finding::error(
+                Check::Router,
+                "no Zenoh router is connected, and no other node",
+                "on each machine run `zenohd`, or `ros2 run rmw_zenoh_cpp rmw_zenohd`; for a router elsewhere export \
+                 ZENOH_CONFIG_OVERRIDE='mode=\"client\";connect/endpoints=[\"tcp/ADDRESS:7447\"]'",
+            )
+        } else {
+            Finding::ok(
+                Check::Router,
+                format!(
+                    "connected to {routers} Zenoh router{} and {peers} other node{}",
+                    plural(routers),
+                    plural(peers)
+                ),
+            )
+        })
+    }
+
     fn no_endpoints(&self, machine: &Machine) -> Finding {
         Finding::warn(
             Check::Graph,
@@ -94,9 +122,14 @@ impl GraphView {
                 "no publisher or subscription was discovered on domain {} within {:.1} s",
                 machine.domain_id, self.listened_s
             ),
-            "start the drivers; where they run already, give this shell their ROS_DOMAIN_ID and \
-             ROS_AUTOMATIC_DISCOVERY_RANGE, and where no multicast reaches them, export \
-             ROS_STATIC_PEERS=ADDRESS",
+            if self.links.is_some() {
+                "start the drivers; where they run already, start them with RMW_IMPLEMENTATION=rmw_zenoh_cpp, and give this shell \
+                 their ROS_DOMAIN_ID"
+            } else {
+                "start the drivers; where they run already, give this shell their ROS_DOMAIN_ID and \
+                 ROS_AUTOMATIC_DISCOVERY_RANGE, and where no multicast reaches them, export \
+                 ROS_STATIC_PEERS=ADDRESS"
+            },
         )
     }
 

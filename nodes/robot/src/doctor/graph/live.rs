@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
-use node_shell::{DiscoveredEndpoint, GrantedBuffer, Node, RosArguments, ShellError, Transport};
+use node_shell::{
+    DiscoveredEndpoint, GrantedBuffer, Node, RosArguments, ShellError, Transport, ZenohLinks,
+};
 use tokio::time::Instant;
 
 use super::listener::GraphListener;
@@ -47,6 +49,7 @@ pub(crate) async fn listen(
         transforms: seen.transforms,
         reports: seen.reports,
         dropped: seen.dropped,
+        links: seen.links,
     });
     node.close().await;
     Ok((view?, granted))
@@ -60,6 +63,7 @@ struct Seen {
     transforms: TransformFacts,
     reports: Vec<DiagnosticStatus>,
     dropped: Option<KernelDrops>,
+    links: Option<ZenohLinks>,
 }
 
 async fn observe(node: &Node, listening: Listening) -> Result<Seen, ShellError> {
@@ -88,5 +92,6 @@ async fn observe(node: &Node, listening: Listening) -> Result<Seen, ShellError> 
         transforms: listener.transforms.clone(),
         received: listener.into_received(),
         dropped,
+        links: node.zenoh_links(),
     })
 }

@@ -46,11 +46,14 @@ pub(super) fn types(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
     findings
 }
 
-/// Pairs of one type with incompatible QoS.
+/// Pairs of one type with incompatible QoS, which on Zenoh exchange messages all the same.
 pub(super) fn qos(endpoints: &[DiscoveredEndpoint]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (topic, ends) in by_topic(endpoints) {
-        let publishers = || ends.iter().copied().filter(|end| end.role == Role::Publisher);
+        let is_publisher = |end: &&DiscoveredEndpoint| {
+            end.role == Role::Publisher && end.participant.compares_qos()
+        };
+        let publishers = || ends.iter().copied().filter(is_publisher);
         let mut mismatches: BTreeMap<QosMismatch, MismatchedPairs<'_>> = BTreeMap::new();
         for subscription in ends.iter().copied().filter(|end| end.role == Role::Subscription) {
             let of_its_type = || publishers().filter(|one| one.type_name == subscription.type_name);
@@ -129,6 +132,18 @@ mod tests {
         // QoS is compared among endpoints of one type: the camera's and the viewer's here.
         graph.push(with_qos(subscription("/scan", IMAGE, "/viewer"), &Qos::latched()));
         assert_eq!(qos(&graph).len(), 1);
+    }
+
+    /// The doctor took each pair of them for a fault.
+    #[test]
+    fn on_zenoh_quality_of_service_keeps_nobody_apart() {
+        let on_zenoh = |one: DiscoveredEndpoint| DiscoveredEndpoint { participant: ZENOH, ..one };
+        let graph = [
+            on_zenoh(with_qos(publisher("/scan", SCAN, "/driver"), &Qos::sensor(5))),
+            on_zenoh(with_qos(subscription("/scan", SCAN, "/viewer"), &Qos::latched())),
+        ];
+        assert!(qos(&graph).is_empty());
+        assert_eq!(types(&[graph[0].clone(), publisher("/scan", IMAGE, "/camera")]).len(), 1);
     }
 
     #[test]

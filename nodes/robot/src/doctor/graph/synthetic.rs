@@ -14,6 +14,8 @@ pub(super) const CAMERA_INFO: &str = "sensor_msgs/msg/CameraInfo";
 pub(super) const POINTS: &str = "sensor_msgs/msg/PointCloud2";
 pub(super) const POSE: &str = "geometry_msgs/msg/PoseStamped";
 
+/// A node on Zenoh.
+pub(super) const ZENOH: ParticipantId = ParticipantId([0xff, 0x5a, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
 /// A participant of Cyclone DDS.
 const CYCLONE: ParticipantId = ParticipantId([1, 0x10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1]);
 
@@ -64,6 +66,7 @@ pub(super) fn view(endpoints: Vec<DiscoveredEndpoint>) -> GraphView {
         transforms: TransformFacts::default(),
         reports: Vec::new(),
         dropped: None,
+        links: None,
     }
 }
 

@@ -46,3 +46,22 @@ fn datagrams_that_the_kernel_dropped_are_reported_with_the_fix_of_the_buffer() {
     let dropped = findings.iter().find(|one| one.check == Check::Dropped).unwrap();
     assert_finding(dropped, Severity::Warn, &["9 datagrams", "net.core.rmem_max"]);
 }
+
+/// The doctor named multicast and static peers where a router was missing.
+#[test]
+fn without_a_router_of_zenoh_the_doctor_says_how_to_start_one() {
+    let with = |routers, peers| GraphView {
+        links: Some(ZenohLinks { routers, peers }),
+        ..view(Vec::new())
+    };
+    let finding = with(0, 0).router().unwrap();
+    assert_finding(&finding, Severity::Error, &["no Zenoh router", "zenohd", "tcp/ADDRESS:7447"]);
+    let finding = with(1, 3).router().unwrap();
+    assert_finding(&finding, Severity::Ok, &["connected to 1 Zenoh router and 3 other nodes"]);
+    // Scouting by multicast needs no router.
+    assert_eq!(with(0, 1).router().unwrap().severity, Severity::Ok);
+    assert!(view(Vec::new()).router().is_none());
+    let findings = with(1, 0).findings(&machine(), &BUFFER);
+    assert_finding(&findings[0], Severity::Warn, &["RMW_IMPLEMENTATION=rmw_zenoh_cpp"]);
+    assert!(!findings[0].line(false).contains("multicast"), "{findings:?}");
+}
