@@ -117,17 +117,28 @@ class Peer:
         raise SystemExit(f"{service} did not answer")
 
 
+def free_port():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
 class Router:
-    def __init__(self, port):
-        self.port = port
+    """`config` is a file, which has the port."""
+
+    def __init__(self, port=None, config=None):
+        self.port = port or free_port()
+        self.config = config
         self.start()
 
     def start(self):
         program = os.environ.get("ZENOHD") or shutil.which("zenohd")
-        if program:
+        if program and self.config:
+            command = [program, "--config", self.config]
+        elif program:
             command = [program, "--listen", f"tcp/0.0.0.0:{self.port}", "--no-multicast-scouting"]
         else:
-            command = [sys.executable, __file__, "--router", str(self.port)]
+            command = [sys.executable, __file__, "--router", self.config or str(self.port)]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
         def is_open():
@@ -142,11 +153,14 @@ class Router:
         self.process.wait()
 
 
-def run_router(port):
-    config = zenoh.Config()
-    config.insert_json5("mode", '"router"')
-    config.insert_json5("listen/endpoints", f'["tcp/0.0.0.0:{port}"]')
-    config.insert_json5("scouting/multicast/enabled", "false")
+def run_router(port_or_config):
+    if port_or_config.isdigit():
+        config = zenoh.Config()
+        config.insert_json5("mode", '"router"')
+        config.insert_json5("listen/endpoints", f'["tcp/0.0.0.0:{port_or_config}"]')
+        config.insert_json5("scouting/multicast/enabled", "false")
+    else:
+        config = zenoh.Config.from_file(port_or_config)
     with zenoh.open(config):
         threading.Event().wait()
 
@@ -310,10 +324,8 @@ def check_run(suite):
 
 
 def main(program):
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    router = Router(port)
+    router = Router()
+    port = router.port
     with tempfile.TemporaryDirectory() as folder:
         suite = Suite(program, port, Path(folder))
         node = suite.start("node", "reconstruction")
@@ -336,7 +348,8 @@ def main(program):
             router.kill()
 
 
-if sys.argv[1] == "--router":
-    run_router(int(sys.argv[2]))
-else:
-    main(sys.argv[1])
+if __name__ == "__main__":
+    if sys.argv[1] == "--router":
+        run_router(sys.argv[2])
+    else:
+        main(sys.argv[1])
