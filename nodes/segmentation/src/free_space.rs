@@ -4,6 +4,7 @@
 //! that goes away was never observed free: it is background that becomes visible, not an object.
 
 mod classes;
+mod groups;
 #[cfg(test)]
 mod tests;
 
@@ -20,7 +21,7 @@ use crate::earlier_cycles::{EarlierCycles, StaticPoint};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
-use crate::seeds::{Seeds, seeds_of};
+use crate::seeds::seeds_of;
 use crate::segmenter::{Judged, SegmenterError};
 use crate::tracking::{CycleView, MIN_BIRTH_POINTS, MovingGroup, Tracker, TrackerOutput};
 use crate::view::View;
@@ -289,51 +290,5 @@ impl FreeSpaceSegmenter {
             group.has_stayed =
                 2 * group.points.iter().filter(has_stayed).count() >= group.points.len();
         }
-    }
-
-    /// Grows the objects from their seeds. In observed free space they grow without bound; through places of which nothing
-    /// is known only as far as a body reaches.
-    fn groups(
-        &self,
-        points: &CyclePoints<'_>,
-        classes: &[PointClass],
-        candidates: &Candidates<'_>,
-        (seeds, moving_in_place): (&Seeds, &[usize]),
-    ) -> Vec<MovingGroup> {
-        let reach_m = self.config.max_object_width_m / 2.0;
-        let within_a_body = |point: &Point3<f64>| {
-            seeds.points.iter().any(|&seed| {
-                let seed = &points.in_map[seed];
-                (point.xy() - seed.xy()).norm() <= reach_m
-                    && (point.z - seed.z).abs() <= self.config.max_object_height_m
-            })
-        };
-        let is_low_enough = |point: &Point3<f64>| {
-            self.floor
-                .is_none_or(|floor| floor.height_above_m(point) <= self.config.max_object_height_m)
-        };
-        candidates
-            .grown_from(&seeds.points, |index| {
-                let point = &points.in_map[index];
-                classes[index].is_in_free_space() || (is_low_enough(point) && within_a_body(point))
-            })
-            .into_iter()
-            .map(|group| {
-                let is_alone = |point: &&usize| classes[**point].is_apart_from_surfaces();
-                let in_free_space = group.iter().filter(is_alone).count();
-                MovingGroup {
-                    in_zone: group.iter().any(|&point| seeds.is_of_zone[point]),
-                    in_free_space: 2 * in_free_space >= group.len(),
-                    is_newly_occupied: group
-                        .iter()
-                        .any(|&point| classes[point].is_newly_occupied()),
-                    moves_in_place: group
-                        .iter()
-                        .any(|point| moving_in_place.binary_search(point).is_ok()),
-                    has_stayed: false,
-                    points: group,
-                }
-            })
-            .collect()
     }
 }
