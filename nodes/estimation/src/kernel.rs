@@ -64,4 +64,21 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_small_error_costs_itself_and_an_outlier_less() {
+        let tail = [
+            (RobustKernel::None, 600.0),
+            // 2 sqrt(600 * 6) - 6, 6 ln(101), 600 * 6 / 606.
+            (RobustKernel::Huber, 114.0),
+            (RobustKernel::Cauchy, 27.690_723),
+            (RobustKernel::GemanMcClure, 5.940_594),
+        ];
+        for (kernel, expected) in tail {
+            let (loss, weight) = kernel.loss_and_weight(6e-6, 6.0);
+            assert!((loss / 6e-6 - 1.0).abs() < 1e-5 && (weight - 1.0).abs() < 1e-5, "{kernel:?}");
+            let loss = kernel.loss_and_weight(600.0, 6.0).0;
+            assert!((loss - expected).abs() < 1e-6, "{kernel:?}: {loss}");
+        }
+    }
 }

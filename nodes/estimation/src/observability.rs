@@ -217,4 +217,18 @@ mod tests {
         assert!((held * step).norm() < 1e-12 && step.norm() > 0.01, "{step}");
         assert_eq!(Observability::<6>::nothing(&units).estimated(), 0);
     }
+
+    #[test]
+    fn what_rounding_leaves_of_a_direction_is_no_shift() {
+        // Ties between shifts and turns that are below the digits of the information.
+        let mut information = Matrix6::from_diagonal(&Vector6::new(1.0, 2.0, 3.0, 4.0, 5.0, 6.0));
+        for axis in 0..3 {
+            information[(axis, axis + 3)] = 1e-14;
+            information[(axis + 3, axis)] = 1e-14;
+        }
+        let observability = Observability::of(&information, &Vector6::repeat(1.0), to_one_unit);
+        for direction in observability.directions {
+            assert_eq!(direction.in_units.iter().filter(|weight| **weight != 0.0).count(), 1);
+        }
+    }
 }

@@ -49,3 +49,20 @@ pub fn is_rotation(rotation: &UnitQuaternion<f64>) -> bool {
 pub fn is_rigid(pose: &Isometry3<f64>) -> bool {
     is_rotation(&pose.rotation) && pose.translation.vector.iter().all(|value| value.is_finite())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_with_one_number_that_is_not_finite_is_not_finite() {
+        let pose = Isometry3::new(Vector3::new(1.0, -2.0, 3.0), Vector3::new(0.1, 0.2, 0.3));
+        assert!(is_finite(&pose));
+        for bad in [f64::NAN, f64::INFINITY] {
+            let (mut moved, mut turned) = (pose, pose);
+            moved.translation.vector.y = bad;
+            turned.rotation.as_mut_unchecked().coords.w = bad;
+            assert!(!is_finite(&moved) && !is_finite(&turned));
+        }
+    }
+}

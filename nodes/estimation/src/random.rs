@@ -137,4 +137,26 @@ mod tests {
         assert!((beyond - 0.0455).abs() < 0.003, "{beyond}");
         assert!(numbers(1) == drawn && numbers(2) != drawn);
     }
+
+    #[test]
+    fn of_three_three_are_drawn() {
+        let mut three = Random::new(8).three_below(3).unwrap();
+        three.sort_unstable();
+        assert_eq!(three, [0, 1, 2]);
+    }
+
+    #[test]
+    fn a_perturbation_has_its_deviations_and_a_motion_its_length_and_angle() {
+        let mut random = Random::new(9);
+        let mut squares = Vector6::<f64>::zeros();
+        for _ in 0..10_000 {
+            squares += random.perturbation(0.2, 0.03).map(|value| value * value) / 10_000.0;
+        }
+        let expected = Vector6::new(0.2, 0.2, 0.2, 0.03, 0.03, 0.03);
+        let shares = squares.map(f64::sqrt).component_div(&expected);
+        assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.03), "{shares}");
+        let motion = random.motion(1.5, 0.4);
+        assert!((motion.translation.vector.norm() - 1.5).abs() < 1e-12);
+        assert!((motion.rotation.angle() - 0.4).abs() < 1e-12);
+    }
 }
