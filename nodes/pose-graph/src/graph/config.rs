@@ -60,6 +60,8 @@ mod tests {
         assert_eq!(valid.validate(), Ok(()));
         for (name, config) in [
             ("max_rise_chi2", GraphConfig { max_rise_chi2: f64::NAN, ..valid }),
+            ("max_rise_chi2", GraphConfig { max_rise_chi2: f64::INFINITY, ..valid }),
+            ("max_rise_chi2", GraphConfig { max_rise_chi2: 0.0, ..valid }),
             ("iterations", GraphConfig { iterations: 0, ..valid }),
         ] {
             assert!(config.validate().unwrap_err().to_string().starts_with(name));

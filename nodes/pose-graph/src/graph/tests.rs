@@ -140,6 +140,18 @@ fn wrong_closures_are_found_out() {
 }
 
 #[test]
+fn a_closure_is_not_charged_with_what_other_edges_contradict() {
+    let (mut graph, _) = ring(40, 6);
+    // A second measurement of a step, ten standard deviations from the first: chi2 50 at the best pose.
+    let mut again = graph.edges[3];
+    again.from_to.translation.vector.x += 10.0 * STEP_STD_DEV_M;
+    graph.edges.push(again);
+    let found = optimised(&graph);
+    assert!(found.chi2 > 40.0 && found.chi2 > GraphConfig::default().max_rise_chi2);
+    assert!(found.edges[39].is_used);
+}
+
+#[test]
 fn a_closure_over_a_large_drift_is_right_when_the_drift_is_as_stated() {
     // Metres of drift: ten times the noise, and the edges say so.
     let (mut graph, truth) = ring(100, 5);
