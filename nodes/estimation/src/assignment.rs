@@ -16,13 +16,12 @@ pub fn assign(
     if !without.is_finite() {
         return vec![None; rows];
     }
-    // Each row has a column of its own beside the real ones, which means none; another row's is too
-    // dear for it.
+    // Beside the real columns there are as many as rows, which mean none.
     let all_columns = columns + rows;
     let forbidden = 4.0 * without * (rows as f64 + 1.0);
     let cost_of = |row: usize, column: usize| {
         if column >= columns {
-            return if column - columns == row { without } else { forbidden };
+            return without;
         }
         let cost = cost(row, column);
         if cost <= without { cost } else { forbidden }
