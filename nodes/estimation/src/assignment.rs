@@ -5,8 +5,7 @@
 /// going without costs `without`, as much for each row; pairs that cost more are never made.
 ///
 /// `cost` is called for every pair; a cost that is not a number counts as too much, and where `without` is not finite nothing is
-/// given. Equal sums are decided by
-/// the order of rows and columns alone. Takes time by rows squared times columns and rows.
+/// given. Equal sums are decided by the order of rows and columns alone. Takes time by rows squared times columns and rows.
 pub fn assign(
     rows: usize,
     columns: usize,
