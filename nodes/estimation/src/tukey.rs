@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn a_run_of_eight_errors_by_hand() {
         // Two lags: of the products of neighbours 5 of 8 are left at one, 2 of 8 at two, weighted 2/3 and 1/3.
-        let errors = vec![1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0];
+        let errors = vec![2.0, 2.0, 2.0, 2.0, -2.0, -2.0, -2.0, -2.0];
         let factor = TukeyWeights::of(errors, 0.0).unwrap().run_factor();
         assert!((factor - 2.0).abs() < 1e-12, "{factor}");
     }
