@@ -1,8 +1,11 @@
 //! The groups of points that move, grown from their seeds.
 
+use std::collections::HashMap;
+
 use nalgebra::Point3;
 
 use super::FreeSpaceSegmenter;
+use crate::FreeSpaceConfig;
 use crate::cycle_points::CyclePoints;
 use crate::growth::{Candidates, PointClass};
 use crate::seeds::Seeds;
@@ -41,7 +44,7 @@ impl FreeSpaceSegmenter {
             .collect()
     }
 
-    /// Which points may be parts of the bodies with these seeds: all that is within a body's reach, but for surfaces in places of which
+    /// Which points outside observed free space may be parts of the bodies with these seeds: all that is within a body's reach, but for surfaces in places of which
     /// nothing is known that go on beyond it. Furniture that comes into view beside a person, or the points of a wall between two layers
     /// of voxels, are none of him.
     fn parts_beside(
@@ -51,20 +54,14 @@ impl FreeSpaceSegmenter {
         candidates: &Candidates<'_>,
         seeds: &[usize],
     ) -> Vec<bool> {
-        let reach_m = self.config.max_object_width_m / 2.0;
-        let within_a_body = |point: &Point3<f64>| {
-            seeds.iter().any(|&seed| {
-                let seed = &points.in_map[seed];
-                (point.xy() - seed.xy()).norm() <= reach_m
-                    && (point.z - seed.z).abs() <= self.config.max_object_height_m
-            })
-        };
+        let near = NearSeeds::of(points, seeds, &self.config);
         let is_low_enough = |point: &Point3<f64>| {
             self.floor
                 .is_none_or(|floor| floor.height_above_m(point) <= self.config.max_object_height_m)
         };
         let in_reach = points.in_map.iter().zip(classes).map(|(point, class)| {
-            *class != PointClass::Background && is_low_enough(point) && within_a_body(point)
+            let asks = *class != PointClass::Background && !class.is_in_free_space();
+            asks && is_low_enough(point) && near.has(point)
         });
         let mut is_part: Vec<bool> = in_reach.collect();
         let is_unknown = |point: usize| classes[point] == PointClass::Unknown;
@@ -76,5 +73,42 @@ impl FreeSpaceSegmenter {
             }
         }
         is_part
+    }
+}
+
+/// The seeds by where they stand: a crowd has hundreds, and each point asks for those around it.
+struct NearSeeds<'a> {
+    reach_m: f64,
+    height_m: f64,
+    /// Squares of the reach's edge.
+    cells: HashMap<[i64; 2], Vec<&'a Point3<f64>>>,
+}
+
+impl<'a> NearSeeds<'a> {
+    fn of(points: &'a CyclePoints<'_>, seeds: &[usize], config: &FreeSpaceConfig) -> Self {
+        let (reach_m, height_m) = (config.max_object_width_m / 2.0, config.max_object_height_m);
+        let mut near = Self { reach_m, height_m, cells: HashMap::new() };
+        for seed in seeds.iter().filter_map(|seed| points.in_map.get(*seed)) {
+            near.cells.entry(near.cell(seed)).or_default().push(seed);
+        }
+        near
+    }
+
+    fn cell(&self, point: &Point3<f64>) -> [i64; 2] {
+        [point.x, point.y].map(|along_m| (along_m / self.reach_m).floor() as i64)
+    }
+
+    /// Whether a body with one of the seeds reaches a point.
+    fn has(&self, point: &Point3<f64>) -> bool {
+        let [x, y] = self.cell(point);
+        let around = |of: i64| of.saturating_sub(1)..=of.saturating_add(1);
+        around(x).flat_map(|x| around(y).map(move |y| [x, y])).any(|cell| {
+            self.cells.get(&cell).is_some_and(|seeds| {
+                seeds.iter().any(|seed| {
+                    (point.xy() - seed.xy()).norm() <= self.reach_m
+                        && (point.z - seed.z).abs() <= self.height_m
+                })
+            })
+        })
     }
 }
