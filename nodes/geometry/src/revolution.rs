@@ -192,6 +192,8 @@ mod tests {
             (column < 2).then_some(LidarReturn { time_s: column as f32, ..*found })
         });
         assert_eq!((left.rows(), left.columns(), left.measured().count()), (2, 3, 2));
+        assert_eq!(left.elevations_rad(), [0.1, -0.1]);
+        assert_eq!(left.azimuths_rad(), [0.2, 0.1, 0.0]);
         assert_eq!((left.at(0, 0).unwrap().time_s, left.at(1, 1).unwrap().time_s), (0.0, 1.0));
         assert_eq!(left.at(1, 2), None);
     }
