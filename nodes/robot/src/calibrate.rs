@@ -24,8 +24,7 @@ use crate::failure::{Failure, Outcome};
 use crate::open_bag::open_bag;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
-use crate::run::tf_frames::{self, TfFrames};
-use crate::run::{SensorFrames, choose_inputs};
+use crate::run::{SensorFrames, choose_inputs, tf_frames};
 
 /// Arguments of `stillmap calibrate`.
 #[derive(Args, Debug)]
@@ -89,11 +88,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         max_image_offset_s: node.config.max_cloud_offset_s,
         beam_order: node.config.free_space.beam_order,
     };
-    let frames = || TfFrames {
-        map: node.map_frame_id.clone(),
-        robot: node.config.pipeline.rig.rig_frame_id.clone(),
-    };
-    let Some(poses) = RigPoses::of(&inputs, frames) else {
+    let Some(poses) = RigPoses::of(&inputs, node) else {
         return Err(Failure::new("the calibration takes its poses from a topic or tf, not from images")
             .fix("record the odometry, too (nav_msgs/Odometry), and name it with --pose; a platform that stands needs one pose"));
     };

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use bag_player::BagMessage;
+use detection::shell::DetectionParameters;
 use geometry::{Stamp, StampedPose};
 use msgs::convert::stamp_from_time;
 use msgs::tf2_msgs::TFMessage;
@@ -23,14 +24,17 @@ pub(crate) enum RigPoses {
 }
 
 impl RigPoses {
-    /// Those of some inputs; by tf with the frames of map and robot. `None` where they are computed from images.
-    pub(crate) fn of(inputs: &Inputs, frames: impl FnOnce() -> TfFrames) -> Option<Self> {
+    /// Those of some inputs; by tf between the frames of the parameters. `None` where they are computed from images.
+    pub(crate) fn of(inputs: &Inputs, parameters: &DetectionParameters) -> Option<Self> {
         match &inputs.pose {
             PoseSource::Topic { topic, kind } => {
                 Some(Self::Topic { topic: topic.clone(), kind: *kind })
             }
             PoseSource::Tf => {
-                Some(Self::Tf { topics: inputs.transforms.clone(), frames: frames() })
+                let map = parameters.map_frame_id.clone();
+                let robot = parameters.config.pipeline.rig.rig_frame_id.clone();
+                let topics = inputs.transforms.clone();
+                Some(Self::Tf { topics, frames: TfFrames { map, robot } })
             }
             PoseSource::Visual(_) => None,
         }

@@ -13,7 +13,6 @@ use crate::calibrate::rig_poses::RigPoses;
 use crate::doctor::checks::Check;
 use crate::doctor::finding::Finding;
 use crate::run::inputs::{Inputs, ViewTopics};
-use crate::run::tf_frames::TfFrames;
 
 /// Cycles that are compared together, each with its image in memory: those in which the platform moves least.
 const MOST_CYCLES: usize = 20;
@@ -85,15 +84,11 @@ pub(super) fn finding(
         max_image_offset_s: config.max_cloud_offset_s,
         beam_order: config.free_space.beam_order,
     };
-    let frames = || TfFrames {
-        map: parameters.map_frame_id.clone(),
-        robot: config.pipeline.rig.rig_frame_id.clone(),
-    };
     let topics = Topics {
         scan: inputs.scan.clone(),
         image: image.clone(),
         camera_info: camera_info.clone(),
-        poses: RigPoses::of(inputs, frames)?,
+        poses: RigPoses::of(inputs, parameters)?,
     };
     // Other faults of the bag are found by other rules.
     let read = reader::read(bag, &facts.info, &topics, &choosing).ok()?;
