@@ -5,6 +5,7 @@
 The keys, tokens and attachments are those of rmw_zenoh. The router is zenohd where it is installed, or one of the Python package.
 """
 
+import contextlib
 import json
 import os
 import shutil
@@ -192,6 +193,22 @@ def end(process):
     process.send_signal(signal.SIGINT)
     code = process.wait(PATIENCE_S)
     assert code == 0, code
+
+
+@contextlib.contextmanager
+def running_node(program, name, folder, environment):
+    """A node that has to end well; what it logged is printed where it, or what is checked meanwhile, fails."""
+    with open(folder / f"{name}.log", "w+") as log:
+        node = subprocess.Popen([program, "node", name], env=environment, stdout=log, stderr=log)
+        try:
+            yield
+            end(node)
+        except BaseException:
+            log.seek(0)
+            print(log.read()[-3000:], file=sys.stderr)
+            raise
+        finally:
+            node.kill()
 
 
 def check_graph(peer):

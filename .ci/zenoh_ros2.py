@@ -6,8 +6,6 @@ It lists the graph, hears diagnostics and lines of the log from before, publishe
 """
 
 import os
-import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -19,7 +17,7 @@ os.environ["GIT_ALLOW_PROTOCOL"] = "none"
 
 import numpy
 import zenoh_ros2_sdk as sdk
-from zenoh_peer import PATIENCE_S, Router, wait_for
+from zenoh_peer import Router, running_node, wait_for
 from zenoh_ros2_sdk.discovery import get_topic_info, get_topic_names_and_types
 from zenoh_ros2_sdk.logger import get_logger
 from zenoh_ros2_sdk.message_registry import get_registry
@@ -85,20 +83,11 @@ def main(program):
     environment["ZENOH_CONFIG_OVERRIDE"] = f'connect/endpoints=["tcp/127.0.0.1:{port}"]'
     with tempfile.TemporaryDirectory() as folder:
         get_registry(definitions(Path(folder)))
-        with open(Path(folder) / "detection.log", "w+") as log:
-            node = subprocess.Popen([program, "node", "detection"], env=environment, stdout=log, stderr=log)
-            try:
+        try:
+            with running_node(program, "detection", Path(folder), environment):
                 check(port)
-                node.send_signal(signal.SIGINT)
-                code = node.wait(PATIENCE_S)
-                assert code == 0, code
-            except BaseException:
-                log.seek(0)
-                print(log.read()[-3000:], file=sys.stderr)
-                raise
-            finally:
-                node.kill()
-                router.kill()
+        finally:
+            router.kill()
 
 
 main(sys.argv[1])

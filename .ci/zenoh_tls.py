@@ -7,7 +7,6 @@ Who has a certificate of the robot reads and publishes, a viewer reads, and nobo
 
 import os
 import re
-import signal
 import subprocess
 import sys
 import tempfile
@@ -15,7 +14,7 @@ import time
 from pathlib import Path
 
 import zenoh
-from zenoh_peer import DOMAIN, HEADER, PATIENCE_S, Router, attachment, free_port, topic_key, wait_for
+from zenoh_peer import DOMAIN, HEADER, Router, attachment, free_port, running_node, topic_key, wait_for
 
 PAGE = Path(__file__).parent.parent / "nodes" / "node-shell" / "README.md"
 NEW_KEY = ["-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes"]
@@ -96,20 +95,11 @@ def main(program):
         router = Router(port, str(folder / "router.json5"))
         environment = dict(os.environ, ROS_DOMAIN_ID=str(DOMAIN), RMW_IMPLEMENTATION="rmw_zenoh_cpp")
         environment["ZENOH_SESSION_CONFIG_URI"] = str(folder / "robot.json5")
-        with open(folder / "node.log", "w+") as log:
-            node = subprocess.Popen([program, "node", "reconstruction"], env=environment, stdout=log, stderr=log)
-            try:
+        try:
+            with running_node(program, "reconstruction", folder, environment):
                 check(folder)
-                node.send_signal(signal.SIGINT)
-                code = node.wait(PATIENCE_S)
-                assert code == 0, code
-            except BaseException:
-                log.seek(0)
-                print(log.read()[-3000:], file=sys.stderr)
-                raise
-            finally:
-                node.kill()
-                router.kill()
+        finally:
+            router.kill()
 
 
 main(sys.argv[1])
