@@ -170,7 +170,8 @@ async fn a_fresh_client_of_cyclone_dds_gets_a_response_of_many_datagrams() {
     let service = "pose/describe_parameters";
     let described = client.call::<DescribeParameters>(&place, service, &request).await;
     let bytes = cdr::encoded_len(&described).unwrap();
-    assert!(bytes > 20_000, "{bytes} bytes");
+    // Ten datagrams of Ethernet.
+    assert!(bytes > 15_000, "{bytes} bytes");
     assert!(described.descriptors.iter().map(|one| &one.name).eq(&names));
     assert!(pose.interrupt());
 }

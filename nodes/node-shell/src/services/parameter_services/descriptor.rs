@@ -33,33 +33,8 @@ fn descriptor(one: &DeclaredParameter) -> ParameterDescriptor {
     };
     let range = declaration.range;
     match declaration.kind {
-        Kind::Whole => {
-            let from_value = match range.from {
-                Bound::Included(least) => least as i64,
-                Bound::Excluded(bound) => bound as i64 + 1,
-                Bound::Unbounded => i64::MIN,
-            };
-            let to_value = match range.to {
-                Bound::Included(most) => most as i64,
-                Bound::Excluded(bound) => bound as i64 - 1,
-                Bound::Unbounded => i64::MAX,
-            };
-            descriptor.integer_range = vec![IntegerRange { from_value, to_value, step: 0 }];
-        }
-        Kind::Real if range != Range::FINITE => {
-            let from_value = match range.from {
-                Bound::Included(least) => least,
-                Bound::Excluded(bound) => bound.next_up(),
-                Bound::Unbounded => f64::MIN,
-            };
-            let to_value = match range.to {
-                Bound::Included(most) => most,
-                Bound::Excluded(bound) => bound.next_down(),
-                Bound::Unbounded => f64::MAX,
-            };
-            descriptor.floating_point_range =
-                vec![FloatingPointRange { from_value, to_value, step: 0.0 }];
-        }
+        Kind::Whole => descriptor.integer_range.extend(whole_range(range)),
+        Kind::Real => descriptor.floating_point_range.extend(real_range(range)),
         Kind::Reals(length) => {
             descriptor.additional_constraints = format!("an array of length {length}");
         }
@@ -72,5 +47,44 @@ fn descriptor(one: &DeclaredParameter) -> ParameterDescriptor {
         }
         _ => {}
     }
+    if descriptor.integer_range.is_empty()
+        && descriptor.floating_point_range.is_empty()
+        && let Some(accepted) = parameters::accepted_numbers(declaration)
+        && matches!(declaration.kind, Kind::Whole | Kind::Real)
+    {
+        descriptor.additional_constraints = accepted;
+    }
     descriptor
+}
+
+/// The range of a whole number; `None` where an end is beyond 32 bits: rqt_reconfigure has a slider for each range, whose ends have 32
+/// bits, and shows no parameter of a node one of whose ranges has others.
+fn whole_range(range: Range) -> Option<IntegerRange> {
+    let within = |end: i64| i32::try_from(end).ok().map(i64::from);
+    let from_value = match range.from {
+        Bound::Included(least) => within(least as i64)?,
+        Bound::Excluded(bound) => within(bound as i64 + 1)?,
+        Bound::Unbounded => return None,
+    };
+    let to_value = match range.to {
+        Bound::Included(most) => within(most as i64)?,
+        Bound::Excluded(bound) => within(bound as i64 - 1)?,
+        Bound::Unbounded => return None,
+    };
+    Some(IntegerRange { from_value, to_value, step: 0 })
+}
+
+/// The range of a fraction; `None` where an end is open: a slider has two.
+fn real_range(range: Range) -> Option<FloatingPointRange> {
+    let from_value = match range.from {
+        Bound::Included(least) => least,
+        Bound::Excluded(bound) => bound.next_up(),
+        Bound::Unbounded => return None,
+    };
+    let to_value = match range.to {
+        Bound::Included(most) => most,
+        Bound::Excluded(bound) => bound.next_down(),
+        Bound::Unbounded => return None,
+    };
+    Some(FloatingPointRange { from_value, to_value, step: 0.0 })
 }

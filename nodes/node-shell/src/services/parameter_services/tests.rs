@@ -1,4 +1,4 @@
-use msgs::rcl_interfaces::{ListParametersRequest, ParameterType, ParameterValue};
+use msgs::rcl_interfaces::{IntegerRange, ListParametersRequest, ParameterType, ParameterValue};
 use serde_json::{Value, json};
 
 use super::*;
@@ -78,17 +78,52 @@ fn what_a_parameter_is_comes_from_its_declaration() {
     assert_eq!(least.r#type, ParameterType::PARAMETER_DOUBLE);
     assert_eq!(least.description, "Shorter is noise, in s.");
     assert!(!least.read_only && least.integer_range.is_empty());
-    assert_eq!(least.floating_point_range[0].from_value, f64::from_bits(1));
-    assert_eq!(least.floating_point_range[0].to_value, f64::MAX);
+    assert!(least.floating_point_range.is_empty() && !least.additional_constraints.is_empty());
     assert_eq!(most.r#type, ParameterType::PARAMETER_INTEGER);
-    assert_eq!(
-        (most.integer_range[0].from_value, most.integer_range[0].to_value),
-        (1, u32::MAX.into())
-    );
+    assert!(most.integer_range.is_empty());
     assert_eq!(input.additional_constraints, "`depth` or `points`");
     assert!(mount.read_only && mount.additional_constraints.contains("length 3"), "{mount:?}");
     let unset = ParameterType::PARAMETER_NOT_SET;
     assert_eq!((other.name.as_str(), other.r#type), ("other", unset));
+}
+
+geometry::parameters! {
+    /// Numbers that a person sets by a slider.
+    #[derive(Clone, PartialEq, Debug)]
+    struct Sliders {
+        /// With bounds.
+        few: u32 = 3, whole(1, 100), changeable;
+        /// Without an upper one.
+        many: usize = 7, at_least(1.0), changeable;
+        /// Without any.
+        any: u32 = 7, changeable;
+        /// A fraction with bounds.
+        share: f64 = 0.5, between(0.0, 1.0), changeable;
+        /// A fraction without an upper one.
+        reach_m: f64 = 0.5, not_negative, changeable;
+    }
+}
+
+impl NodeParameters for Sliders {}
+
+/// Regression: rqt_reconfigure opened no node of the suite but compression. It makes a slider of each range, whose ends have 32 bits, and
+/// ended with an OverflowError at 2^63 - 1; a range of fractions up to 1.8e308 had one on which each step was 1.8e306.
+#[test]
+fn a_range_has_no_ends_that_a_slider_cannot_have() {
+    let described = descriptor::descriptors::<Sliders>().unwrap();
+    let of = |name: &str| {
+        let one = &described[name];
+        let ends = |one: &IntegerRange| (one.from_value, one.to_value);
+        (one.integer_range.first().map(ends), one.additional_constraints.as_str())
+    };
+    assert_eq!(of("few"), (Some((1, 100)), ""));
+    assert_eq!(of("many").0, None);
+    assert!(of("many").1.starts_with('1'), "{}", of("many").1);
+    assert_eq!(of("any").0, None);
+    let range = &described["share"].floating_point_range[0];
+    assert_eq!((range.from_value, range.to_value), (0.0, 1.0));
+    assert!(described["reach_m"].floating_point_range.is_empty());
+    assert!(of("reach_m").1.starts_with('0'), "{}", of("reach_m").1);
 }
 
 #[test]
