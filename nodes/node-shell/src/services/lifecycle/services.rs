@@ -8,6 +8,7 @@ use msgs::lifecycle_msgs::{
     TransitionEvent,
 };
 use tokio::sync::{mpsc, oneshot};
+use tokio::time::Instant;
 
 use super::{Lifecycle, Reset};
 use crate::endpoints::publisher::Publisher;
@@ -26,8 +27,9 @@ const EVENTS: &str = "~/transition_event";
 /// Events that a subscriber may be behind, as ROS 2 has it.
 const EVENTS_KEPT: usize = 10;
 
-/// After the answer to the client that requested the end, this much time for it to leave the machine.
-const FAREWELL: Duration = Duration::from_millis(100);
+/// A node that has ended answers for this long before its process ends: who manages it asks for its state, and ends the other nodes of
+/// the process.
+const FAREWELL: Duration = Duration::from_secs(2);
 
 /// The services by which others manage a node.
 pub(crate) struct LifecycleServices {
@@ -82,9 +84,20 @@ impl LifecycleServices {
     pub(crate) async fn run(self, stop: impl Future<Output = ()>) {
         let Self { mut manager, change_state, get_state, states, transitions, graph: whole } = self;
         let failed = Throttle::for_warnings();
+        let mut ends_at: Option<Instant> = None;
         let serve = async {
             loop {
+                let end = async {
+                    match ends_at {
+                        Some(ends_at) => tokio::time::sleep_until(ends_at).await,
+                        None => std::future::pending().await,
+                    }
+                };
                 tokio::select! {
+                    () = end => {
+                        ends_at = None;
+                        manager.shutdown.trigger();
+                    }
                     request = change_state.next() => {
                         let success = match Step::wanted(manager.state, &request.message.transition) {
                             Some(step) => manager.change(step).await,
@@ -92,8 +105,7 @@ impl LifecycleServices {
                         };
                         answer(&failed, request, &ChangeStateResponse { success });
                         if success && manager.state == LifecycleState::Finalized {
-                            tokio::time::sleep(FAREWELL).await;
-                            manager.shutdown.trigger();
+                            ends_at = Instant::now().checked_add(FAREWELL);
                         }
                     }
                     request = get_state.next() => {

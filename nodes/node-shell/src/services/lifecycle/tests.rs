@@ -3,6 +3,9 @@
 use std::time::Duration;
 
 use free_domain::FreeDomain;
+use msgs::lifecycle_msgs::{
+    ChangeState, ChangeStateRequest, GetState, GetStateRequest, State, Transition,
+};
 use msgs::std_msgs::String as Text;
 use tokio::time::timeout;
 
@@ -85,4 +88,45 @@ fn without_a_network_a_node_is_unmanaged() {
     let host = Host::in_process();
     let node = node(&host, "alone", &["-p", "autostart:=false"]);
     assert!(node.manage().unwrap().is_active(), "its driver decides when it is active");
+}
+
+/// Regression: Nav2's manager ends the nodes of a process one after the other, and asks each for its state when it has. The process ended
+/// 0.1 s after the first of them: the manager found the next one gone, and left those behind it running.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn all_nodes_of_a_process_are_ended_and_say_so_before_it_ends() {
+    let (host, peers) = (host(), host());
+    let peer = node(&peers, "ends", &["-r", "__node:=manager"]);
+    let nodes = ["first", "second"].map(|name| {
+        node(&host, "ends", &["-p", "autostart:=false", "-r", &format!("__node:={name}")])
+    });
+    let shutdown = host.shutdown_signal();
+    {
+        let _lifecycles = nodes.each_ref().map(|node| node.manage().unwrap());
+        let transition =
+            Transition { id: Transition::TRANSITION_UNCONFIGURED_SHUTDOWN, label: String::new() };
+        let clients = ["first", "second"].map(|name| {
+            (
+                peer.service_client::<ChangeState>(&format!("{name}/change_state")).unwrap(),
+                peer.service_client::<GetState>(&format!("{name}/get_state")).unwrap(),
+            )
+        });
+        // The first request finds the server.
+        for (_, get_state) in &clients {
+            get_state.ask(&GetStateRequest::default(), PATIENCE).await.unwrap();
+        }
+        for (change_state, get_state) in &clients {
+            let request = ChangeStateRequest { transition: transition.clone() };
+            assert!(change_state.ask(&request, PATIENCE).await.unwrap().success);
+            // A manager has others to ask meanwhile.
+            tokio::time::sleep(Duration::from_millis(200)).await;
+            let state = get_state.ask(&GetStateRequest::default(), PATIENCE).await;
+            assert_eq!(state.unwrap().current_state.id, State::PRIMARY_STATE_FINALIZED);
+            assert!(!shutdown.is_triggered(), "the process ends before all of its nodes have");
+        }
+        timeout(PATIENCE, shutdown.wait()).await.unwrap();
+    }
+    for node in nodes {
+        node.close().await;
+    }
+    peer.close().await;
 }
