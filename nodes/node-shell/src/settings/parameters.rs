@@ -55,6 +55,15 @@ geometry::parameters! {
     }
 }
 
+/// What each node of rclcpp has besides, so that launch files set it for all of their nodes. Nothing goes by it here.
+const OF_RCLCPP: &str = "start_type_description_service";
+/// The same, of the quality of service of single topics.
+const OF_RCLCPP_BELOW: &str = "qos_overrides.";
+
+fn is_of_rclcpp(key: &str) -> bool {
+    key == OF_RCLCPP || key.starts_with(OF_RCLCPP_BELOW)
+}
+
 impl Switches {
     fn of(&mut self, key: &str) -> Option<&mut bool> {
         match key {
@@ -170,6 +179,10 @@ where
         }
         if Switches::default().of(&given.key).is_some() {
             return truth(&given).map(|_| ());
+        }
+        if is_of_rclcpp(&given.key) {
+            tracing::info!("parameter {} {}: it has no effect here", given.key, given.origin);
+            return Ok(());
         }
         if given.is_for_it_alone {
             return Err(overlay.unknown(&given.key, given.origin));

@@ -255,6 +255,25 @@ fn a_message_lists_few_parameters_and_refers_to_the_help_for_many() {
 }
 
 /// What a section for several nodes says is for those that know it.
+/// Regression: a launch file that sets these for all of its nodes (`SetParameter`, which is `-p`) ended the suite's nodes.
+#[test]
+fn what_every_node_of_rclcpp_has_is_accepted_and_without_effect() {
+    let assign = |name: &str| {
+        let assignment = Assignment { name: name.to_owned(), value: "false".to_owned() };
+        load::<Parameters>("/detection", &[] as &[&Path], &[assignment])
+    };
+    for name in [
+        "start_type_description_service",
+        "qos_overrides./tf.subscription.reliability",
+        "qos_overrides./parameter_events.publisher.depth",
+    ] {
+        assert_eq!(assign(name).unwrap(), Parameters::default(), "{name}");
+    }
+    for name in ["qos_overrides", "start_type_description", "qos_override./tf.depth"] {
+        assert!(matches!(assign(name), Err(ParameterError::Unknown { .. })), "{name}");
+    }
+}
+
 #[test]
 fn a_section_for_several_nodes_may_hold_what_others_know() {
     for section in ["/**", "/*", "/robot/*", "/robot/**", "/**/*"] {
