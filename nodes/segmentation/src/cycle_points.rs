@@ -1,7 +1,7 @@
 //! The points of one cycle, with what is asked of each of them more than once.
 
 use geometry::{DetectedCycle, RigMounts, VoxelGrid, VoxelKey};
-use nalgebra::{Isometry3, Point3, Vector2, Vector3, distance};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector2, Vector3, distance};
 
 /// A point nearer to the camera's plane than this has no slope that means anything.
 pub(crate) const MIN_SLOPE_DEPTH_M: f64 = 0.1;
@@ -33,7 +33,18 @@ impl<'a> CyclePoints<'a> {
     /// The points of a cycle whose pose is checked, with their voxels in a grid of the map.
     #[must_use]
     pub fn of(cycle: &'a DetectedCycle, grid: &VoxelGrid) -> Self {
-        let continuous_from_rig = cycle.continuous_from_rig();
+        Self::at(cycle, grid, cycle.continuous_from_rig())
+    }
+
+    /// The same, with the image turned about the camera by a turn of the map.
+    #[must_use]
+    pub fn turned(cycle: &'a DetectedCycle, grid: &VoxelGrid, turn: &UnitQuaternion<f64>) -> Self {
+        let told = cycle.continuous_from_rig();
+        let camera_in_map = told * cycle.setup.mounts.camera_in_rig_m();
+        Self::at(cycle, grid, Isometry3::rotation_wrt_point(*turn, camera_in_map) * told)
+    }
+
+    fn at(cycle: &'a DetectedCycle, grid: &VoxelGrid, continuous_from_rig: Isometry3<f64>) -> Self {
         let camera_in_rig_m = cycle.setup.mounts.camera_in_rig_m();
         let camera_in_map = continuous_from_rig * camera_in_rig_m;
         let axes = LevelAxes::of_camera(&cycle.setup.mounts);

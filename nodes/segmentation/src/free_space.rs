@@ -3,6 +3,7 @@
 //! A place before all that the depth image shows is free; what is there later is newly occupied. What is behind an object
 //! that goes away was never observed free: it is background that becomes visible, not an object.
 
+mod alignment;
 mod classes;
 mod groups;
 #[cfg(test)]
@@ -114,6 +115,7 @@ impl FreeSpaceSegmenter {
         self.floor = self.floor_under(points);
         let known = self.known_places(points);
         let mut classes = self.classes(points, &known);
+        self.leave_what_a_turn_explains(points, &mut classes);
         let moving_in_place = self.find_moving_in_place(points);
         for &point in &moving_in_place {
             self.occupancy.take_for_free(points.voxels[point]);

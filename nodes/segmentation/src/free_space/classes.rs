@@ -4,6 +4,7 @@ use nalgebra::Point3;
 use volume::{AS_NEAR, Place, is_missed_long_enough};
 
 use super::FreeSpaceSegmenter;
+use super::alignment::turn_onto_known;
 use crate::cycle_points::CyclePoints;
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
@@ -104,6 +105,27 @@ impl FreeSpaceSegmenter {
         let mut classes: Vec<PointClass> = known.iter().enumerate().map(class).collect();
         self.leave_what_is_no_body(points, &mut classes);
         classes
+    }
+
+    /// Takes what is newly occupied for what it is when the image is turned onto the surfaces known, where there is such a turn
+    /// ([`super::alignment`]): where the pose is wrong, the rims of what stands are beside it.
+    pub(super) fn leave_what_a_turn_explains(
+        &self,
+        points: &CyclePoints<'_>,
+        classes: &mut [PointClass],
+    ) {
+        let in_reach = (0..points.count()).filter(|&point| self.is_in_reach(points, point));
+        let in_reach: Vec<&Point3<f64>> = in_reach.map(|point| &points.in_map[point]).collect();
+        let turn = turn_onto_known(&self.occupancy, &points.camera_in_map, in_reach.into_iter());
+        let Some(turn) = turn else { return };
+        let turned = CyclePoints::turned(points.cycle, &self.grid, &turn);
+        let places = turned.voxels.iter().map(|&voxel| self.occupancy.place(voxel));
+        let known: Vec<Known> = places.map(|place| self.known(place)).collect();
+        for (class, turned) in classes.iter_mut().zip(self.classes(&turned, &known)) {
+            if class.is_newly_occupied() && !turned.is_newly_occupied() {
+                *class = turned;
+            }
+        }
     }
 
     /// Takes what came into view without being seen before, where nothing had returned, for what it may be: a surface, unless it is no

@@ -4,6 +4,7 @@ mod no_return;
 mod room;
 mod score;
 mod stopped;
+mod wrong_poses;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

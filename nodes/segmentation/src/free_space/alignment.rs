@@ -1,0 +1,120 @@
+//! The small turn about the camera that takes an image onto the surfaces that are known.
+//!
+//! Poses do not tell all: wheels slip, a threshold tilts the platform, the stamps of images are late while it turns. Then the whole image
+//! lies beside what is known, and the rims of furniture and walls come to lie where space was seen to be free. One turn that takes
+//! most points back onto surfaces is likelier than that all of these have moved; what does move is too little to turn an image by.
+//!
+//! Turns are compared by how many points they take onto surfaces, less those that they take into free space, and are searched for axis by
+//! axis, from coarse to fine: the correlation of a scan with a grid (Olson, "Real-time correlative scan matching", ICRA 2009), about
+//! three axes and without shifts.
+//!
+//! The turn decides what moves in this one cycle, and nothing else: evidence and map keep the poses that were told, so that the errors of
+//! turns add up to nothing.
+
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use volume::{CellState, Occupancy};
+
+/// So many points are looked up for each turn that is tried, at most twice as many.
+const SAMPLES: usize = 400;
+/// A point no farther from the voxel of a surface is on it: surfaces that lie between two voxels are seen in the one or the other by
+/// the noise of depths and poses.
+const BESIDE_EDGES: f64 = 0.375;
+/// A turn must take this share of the points more onto surfaces: poses with 1 cm and 0.3 degrees of noise give 5 %.
+const LEAST_GAIN: f64 = 0.08;
+/// No turn is larger about any axis: images that are 80 ms late on a platform that turns at 1 rad/s.
+const LARGEST_RAD: f64 = 0.08;
+/// The steps of the search, one after the other: by the last, what is 4 m away moves by a quarter of a voxel of the thesis.
+const STEPS_RAD: [f64; 3] = [0.02, 0.01, 0.005];
+
+#[derive(Clone, Copy)]
+struct Tried {
+    /// About the axes of the map.
+    turn_rad: Vector3<f64>,
+    score: i32,
+}
+
+/// The turn about the camera that takes points of the map onto the surfaces known, where it takes many more than lie on them as they
+/// are.
+pub(super) fn turn_onto_known<'a>(
+    occupancy: &Occupancy,
+    camera_in_map: &Point3<f64>,
+    points_in_map: impl ExactSizeIterator<Item = &'a Point3<f64>>,
+) -> Option<UnitQuaternion<f64>> {
+    let every = (points_in_map.len() / SAMPLES).max(1);
+    let known = Known { occupancy, beside_m: BESIDE_EDGES * occupancy.grid().edge_m() };
+    let of_known = points_in_map.step_by(every).filter(|point| known.says_something(point));
+    let rays_m: Vec<Vector3<f64>> = of_known.map(|point| point - camera_in_map).collect();
+    let tried = |turn_rad: Vector3<f64>| {
+        let turn = UnitQuaternion::from_scaled_axis(turn_rad).to_rotation_matrix();
+        let turned = rays_m.iter().map(|ray_m| camera_in_map + turn * ray_m);
+        Tried { turn_rad, score: turned.map(|place| known.score_of(&place)).sum() }
+    };
+    let told = tried(Vector3::zeros());
+    let found = best_from(told, tried);
+    let gained = f64::from(found.score - told.score);
+    (gained > LEAST_GAIN * rays_m.len() as f64)
+        .then(|| UnitQuaternion::from_scaled_axis(found.turn_rad))
+}
+
+/// The best turn that the search comes to.
+fn best_from(told: Tried, tried: impl Fn(Vector3<f64>) -> Tried) -> Tried {
+    let mut best = told;
+    for step_rad in STEPS_RAD {
+        while let Some(better) = better_beside(best, step_rad, &tried) {
+            best = better;
+        }
+        // A turn that is worth taking shows at the first step.
+        if best.turn_rad == told.turn_rad {
+            break;
+        }
+    }
+    best
+}
+
+/// The best of the turns that are a step away along an axis, if it is better.
+fn better_beside(
+    from: Tried,
+    step_rad: f64,
+    tried: impl Fn(Vector3<f64>) -> Tried,
+) -> Option<Tried> {
+    let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| step_rad * axis);
+    let beside = steps.iter().flat_map(|step| [from.turn_rad + step, from.turn_rad - step]);
+    let allowed = beside.filter(|turn_rad| turn_rad.amax() <= LARGEST_RAD);
+    allowed.map(tried).max_by_key(|tried| tried.score).filter(|best| best.score > from.score)
+}
+
+/// What is known of space.
+struct Known<'a> {
+    occupancy: &'a Occupancy,
+    beside_m: f64,
+}
+
+impl Known<'_> {
+    /// Whether a point is on a surface, near one or in free space. What comes into view for the first time is none of these: any turn
+    /// that takes it back to what is known would seem to be right.
+    fn says_something(&self, point: &Point3<f64>) -> bool {
+        let voxel = self.occupancy.grid().key(point);
+        self.occupancy.cell(voxel).state() != CellState::Unknown
+            || self.occupancy.is_near_surface(voxel, 1)
+    }
+
+    /// 1 on a surface, -1 in free space apart from surfaces.
+    fn score_of(&self, place: &Point3<f64>) -> i32 {
+        let voxel = self.occupancy.grid().key(place);
+        let state = self.occupancy.cell(voxel).state();
+        if state == CellState::Occupied || self.is_beside_surface(place) {
+            1
+        } else if state == CellState::Free && !self.occupancy.is_near_surface(voxel, 1) {
+            -1
+        } else {
+            0
+        }
+    }
+
+    fn is_beside_surface(&self, place: &Point3<f64>) -> bool {
+        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.beside_m * axis);
+        let beside = steps.iter().flat_map(|step| [place + step, place - step]);
+        let mut voxels = beside.map(|place| self.occupancy.grid().key(&place));
+        voxels.any(|voxel| self.occupancy.cell(voxel).state() == CellState::Occupied)
+    }
+}
