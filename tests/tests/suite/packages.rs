@@ -123,6 +123,18 @@ fn the_package_for_debian_unpacks_to_a_program_that_starts() {
         let file = installed.join("usr/share").join(file);
         assert!(std::fs::metadata(&file).is_ok_and(|file| file.len() > 100), "{}", file.display());
     }
+    // An upgraded service went on as the former program, and a removed one was started without end.
+    let scripts = folder.path().join("scripts");
+    let taken = Command::new("dpkg-deb").arg("-e").args([&package, &scripts]).status();
+    assert!(taken.unwrap().success());
+    for (script, does) in [
+        ("postinst", "systemctl try-restart stillmap.service"),
+        ("prerm", "systemctl stop stillmap.service"),
+        ("postrm", "systemctl daemon-reload"),
+    ] {
+        let text = std::fs::read_to_string(scripts.join(script)).unwrap();
+        assert!(text.contains(does), "{script}");
+    }
     // The service's user is one that the package makes.
     let service = read("config/systemd/stillmap.service");
     let user = service.split("\nUser=").nth(1).unwrap().lines().next().unwrap();
