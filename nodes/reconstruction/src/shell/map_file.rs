@@ -104,40 +104,46 @@ impl MapFile {
 
     /// Writes the map under a temporary name first: a reader never finds half a file, and an earlier
     /// map is replaced only by a complete one, also when the power fails. With `keeps_former` the existing file is kept
-    /// as a numbered version ([`keep_version`]) if it differs.
+    /// as a numbered version ([`keep_version`]) if it differs. The map, its points, its bytes and the former file have the memory by turns, two
+    /// of them at a time beside the map: all at once were more than three times what the map takes.
     ///
     /// # Errors
     /// When the folder cannot be written or is full; the file is then unchanged.
     pub(super) fn write(
         &self,
-        snapshot: &Snapshot,
+        snapshot: Snapshot,
         keeps_former: bool,
     ) -> Result<Saved, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
-        let Snapshot { points, views, grid, .. } = snapshot;
-        let OrientedPoints { points_m, normals, colours } = points;
+        let Snapshot { points, views, grid, max_voxels } = snapshot;
+        let OrientedPoints { points_m, normals, colours } = &points;
         let bytes = match self.format {
-            Format::Ply => ply::encode_map(points, views),
+            Format::Ply => ply::encode_map(&points, &views),
             Format::Pcd => pcd::encode_with_colours(points_m, normals, colours),
             Format::Octomap => {
                 let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
                 octomap::encode(grid.edge_m(), &voxels).map_err(|error| failed(&error))?
             }
         };
-        let mut former = None;
+        let count = points_m.len();
+        drop((points, views));
+        let mut version = None;
         if keeps_former && self.exists() {
             let before = fs::read(&self.path).map_err(|error| failed(&error))?;
             if before != bytes {
-                let kept = keep_version(&self.path).map_err(|error| failed(&error))?;
-                let points = self.points_of(&before, snapshot.max_voxels).ok();
-                let points = points.map(|file| file.points.points_m.len());
-                former = kept.map(|version| Former { version, points });
+                version = keep_version(&self.path).map_err(|error| failed(&error))?;
             }
         }
         write_whole_file(&self.path, &bytes).map_err(|error| failed(&error))?;
-        Ok(Saved { points: points_m.len(), former })
+        drop(bytes);
+        let former = version.map(|version| {
+            let before = fs::read(&version).map_err(|error| error.to_string());
+            let file = before.and_then(|before| self.points_of(&before, max_voxels));
+            Former { points: file.ok().map(|file| file.points.points_m.len()), version }
+        });
+        Ok(Saved { points: count, former })
     }
 
     /// Replaces the map by the file's points, in `frame_id`. Returns the number of voxels. If that
@@ -148,6 +154,7 @@ impl MapFile {
         };
         let bytes = fs::read(&self.path).map_err(|error| failed(&error))?;
         let file = self.points_of(&bytes, map.max_voxels()).map_err(|reason| failed(&reason))?;
+        drop(bytes);
         check_edge(file.edge_m, map).map_err(|reason| failed(&reason))?;
         map.replace_coloured(&file.points, frame_id).map_err(|error| failed(&error))?;
         map.add_views(file.views);

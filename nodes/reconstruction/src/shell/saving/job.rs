@@ -33,7 +33,7 @@ impl Done {
 
 impl Job {
     pub(super) fn write(self) -> Done {
-        let map = self.map.map(|(file, snapshot, keeps)| file.write(&snapshot, keeps));
+        let map = self.map.map(|(file, snapshot, keeps)| file.write(snapshot, keeps));
         let grid = self.grid.map(|grid| {
             let (file, grid) = grid?;
             file.write(&grid)?;

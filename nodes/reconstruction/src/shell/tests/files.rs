@@ -107,7 +107,7 @@ fn any_file_is_loaded_into_a_map_of_depth_images() {
 }
 
 fn save(file: &MapFile, map: &Map) -> usize {
-    file.write(&Snapshot::of(map).unwrap(), false).unwrap().points
+    file.write(Snapshot::of(map).unwrap(), false).unwrap().points
 }
 
 /// Successive starts of a node, without a network, with one folder of files.
@@ -321,7 +321,7 @@ fn a_saved_map_of_depth_images_has_the_views_that_it_was_seen_from_and_gets_them
     }
     let views_of = |name: &str| {
         let (file, path) = file(name);
-        file.write(&Snapshot::of(&map).unwrap(), false).unwrap();
+        file.write(Snapshot::of(&map).unwrap(), false).unwrap();
         let mut loaded = empty();
         file.load(&mut loaded, "map").unwrap();
         (loaded.whole().views, std::fs::read(path).unwrap())
