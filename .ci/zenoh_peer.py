@@ -2,12 +2,14 @@
 
     python3 zenoh_peer.py target/debug/stillmap
 
-The keys, tokens and attachments are those of rmw_zenoh. The router is zenohd where it is installed, or one of the Python package.
+The keys, tokens and attachments are those of rmw_zenoh. The router is zenohd where it is installed (ZENOHD, or in the PATH or in cargo's
+folder) with config/zenoh/router.json5, or one of the Python package.
 """
 
 import contextlib
 import json
 import os
+import re
 import shutil
 import signal
 import socket
@@ -17,6 +19,7 @@ import sys
 import tempfile
 import threading
 import time
+from importlib.metadata import version as version_of
 from pathlib import Path
 
 import zenoh
@@ -24,6 +27,7 @@ import zenoh.ext
 from rosbags.typesys import Stores, get_typestore
 
 DOMAIN = 7
+ROUTER_CONFIG = Path(__file__).parent.parent / "config" / "zenoh" / "router.json5"
 PATIENCE_S = 60.0
 HEADER = b"\0\1\0\0"
 TYPES = get_typestore(Stores.ROS2_JAZZY)
@@ -88,6 +92,11 @@ class Peer:
         else:
             self.tokens.discard(key)
 
+    def announce(self, kind, number, name, type_name, hash, qos="::,10:,:,:,,"):
+        """The token of an end of its own."""
+        node = f"@ros2_lv/{DOMAIN}/{self.session.info.zid()}/0/{number}/{kind}/%/%/foreign"
+        return self.session.liveliness().declare_token(f"{node}/{name.replace('/', '%')}/{dds_type(type_name)}/{hash}/{qos}")
+
     def ends(self, kind):
         """Name, type and hash of all ends of a kind."""
         parts = [token.split("/") for token in list(self.tokens)]
@@ -124,6 +133,12 @@ def free_port():
         return free.getsockname()[1]
 
 
+def zenohd():
+    """The program, or None."""
+    own = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo")) / "bin" / "zenohd"
+    return os.environ.get("ZENOHD") or shutil.which("zenohd") or (str(own) if own.is_file() else None)
+
+
 class Router:
     """`config` is a file, which has the port."""
 
@@ -131,15 +146,18 @@ class Router:
         self.port = port or free_port()
         self.config = config
         self.start()
+        print(f"router: {self.name}", flush=True)
 
     def start(self):
-        program = os.environ.get("ZENOHD") or shutil.which("zenohd")
-        if program and self.config:
-            command = [program, "--config", self.config]
-        elif program:
-            command = [program, "--listen", f"tcp/0.0.0.0:{self.port}", "--no-multicast-scouting"]
+        program = zenohd()
+        if program:
+            listen = [] if self.config else ["--listen", f"tcp/127.0.0.1:{self.port}"]
+            command = [program, "--config", self.config or str(ROUTER_CONFIG), *listen]
+            says = subprocess.run([program, "--version"], capture_output=True, text=True).stdout
+            self.name = re.search(r"zenohd v[\d.]+|$", says).group() or program
         else:
             command = [sys.executable, __file__, "--router", self.config or str(self.port)]
+            self.name = f"that of eclipse-zenoh {version_of('eclipse-zenoh')}"
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
         def is_open():
@@ -147,7 +165,6 @@ class Router:
                 return probe.connect_ex(("127.0.0.1", self.port)) == 0
 
         wait_for("the router", is_open)
-        self.name = Path(command[0]).name
 
     def kill(self):
         self.process.kill()
@@ -158,7 +175,7 @@ def run_router(port_or_config):
     if port_or_config.isdigit():
         config = zenoh.Config()
         config.insert_json5("mode", '"router"')
-        config.insert_json5("listen/endpoints", f'["tcp/0.0.0.0:{port_or_config}"]')
+        config.insert_json5("listen/endpoints", f'["tcp/127.0.0.1:{port_or_config}"]')
         config.insert_json5("scouting/multicast/enabled", "false")
     else:
         config = zenoh.Config.from_file(port_or_config)
@@ -278,10 +295,7 @@ def check_topics(peer, suite):
 
     # Back: recorded as it was sent, that of a latched topic from before too.
     string = lambda value: HEADER + text(value)
-    end_of = lambda name, number, qos: (
-        f"@ros2_lv/{DOMAIN}/{peer.session.info.zid()}/0/{number}/MP/%/%/foreign/{name.replace('/', '%')}/"
-        f"{dds_type('std_msgs/msg/String')}/{TYPES.hash_rihs01('std_msgs/msg/String')}/{qos}"
-    )
+    kind = ("std_msgs/msg/String", TYPES.hash_rihs01("std_msgs/msg/String"))
     latched = zenoh.ext.declare_advanced_publisher(
         peer.session,
         topic_key("/foreign/latched", "std_msgs/msg/String"),
@@ -292,8 +306,8 @@ def check_topics(peer, suite):
     latched.put(string("from before"), attachment=attachment(1))
     plain = peer.session.declare_publisher(topic_key("/foreign/plain", "std_msgs/msg/String"))
     tokens = [
-        peer.session.liveliness().declare_token(end_of("/foreign/latched", 1, ":1:,1:,:,:,,")),
-        peer.session.liveliness().declare_token(end_of("/foreign/plain", 2, "::,10:,:,:,,")),
+        peer.announce("MP", 1, "/foreign/latched", *kind, ":1:,1:,:,:,,"),
+        peer.announce("MP", 2, "/foreign/plain", *kind),
     ]
     bag = suite.folder / "foreign.mcap"
     recorder = suite.start("record", "-o", str(bag), "--topics", "/foreign/latched,/foreign/plain")
@@ -310,6 +324,35 @@ def check_topics(peer, suite):
     counts = {topic["topic"]: topic["message_count"] for topic in facts["topics"]}
     assert counts == {"/foreign/latched": 1, "/foreign/plain": 20}, counts
     return "diagnostics, late lines of the log; 20 messages and a latched one recorded"
+
+
+def check_unknown_type(peer, suite):
+    """One that the suite does not define is recorded with its hash, and played by it."""
+    kind = ("other_msgs/msg/Thing", "RIHS01_" + "ab" * 32)
+    key = f"{DOMAIN}/foreign/thing/{dds_type(kind[0])}/{kind[1]}"
+    sent = [HEADER + struct.pack("<I", number) for number in range(10)]
+    bag = suite.folder / "thing.mcap"
+    token = peer.announce("MP", 3, "/foreign/thing", *kind)
+    recorder = suite.start("record", "-o", str(bag), "--topics", "/foreign/thing")
+    wait_for("the recorder", lambda: "/foreign/thing" in {one[0] for one in peer.ends("MS")})
+    time.sleep(1.0)
+    for number, message in enumerate(sent, 1):
+        peer.session.put(key, message, attachment=attachment(number))
+    # Those of rmw_zenoh before 0.2.4, the second of which was taken for a number and a time.
+    for number in (15, 16):
+        peer.session.put(key, sent[0], attachment=b"\x0fsequence_number" + struct.pack("<q", number) + bytes(53))
+    time.sleep(1.0)
+    end(recorder)
+    token.undeclare()
+    heard = []
+    ear = peer.session.declare_subscriber(key, lambda sample: heard.append(sample.payload.to_bytes()))
+    token = peer.announce("MS", 4, "/foreign/thing", *kind)
+    suite.run("play", str(bag), "--wait-for", "/foreign/thing")
+    wait_for("what was recorded", lambda: len(heard) >= len(sent))
+    assert heard == sent, heard
+    ear.undeclare()
+    token.undeclare()
+    return f"{len(heard)} messages recorded and played"
 
 
 def check_router(peer_of, router, suite):
@@ -349,11 +392,11 @@ def main(program):
         peer_of = lambda: Peer(port)
         peer = peer_of()
         try:
-            print(f"router: {router.name}")
             print("graph:", check_graph(peer))
             print("parameters:", check_parameters(peer))
             print("life cycle:", check_lifecycle(peer))
             print("topics:", check_topics(peer, suite))
+            print("a type that is not defined here:", check_unknown_type(peer, suite))
             peer.session.close()
             print("router killed and back:", check_router(peer_of, router, suite))
             print("run:", check_run(suite), flush=True)

@@ -12,7 +12,7 @@ use crate::record;
 pub(crate) const QOS_METADATA_KEY: &str = "offered_qos_profiles";
 
 /// The key of the hash of the type's description (REP-2011).
-const HASH_METADATA_KEY: &str = "topic_type_hash";
+pub(crate) const HASH_METADATA_KEY: &str = "topic_type_hash";
 
 /// The type and encoding of a channel.
 #[derive(PartialEq, Debug)]

@@ -11,7 +11,7 @@ use mcap::{Compression, McapError, WriteOptions, Writer};
 use msgs::{RosMessage, cdr};
 use serde::Serialize;
 
-use crate::catalogue::QOS_METADATA_KEY;
+use crate::catalogue::{HASH_METADATA_KEY, QOS_METADATA_KEY};
 use crate::error::BagError;
 use crate::message::CDR;
 use crate::qos::OfferedQos;
@@ -163,8 +163,23 @@ impl BagWriter {
         ros2msg_schema: &str,
         offered_qos_profiles: &str,
     ) -> Result<ChannelId, BagError> {
-        let metadata =
-            BTreeMap::from([(QOS_METADATA_KEY.to_owned(), offered_qos_profiles.to_owned())]);
+        self.hashed_channel(topic, (type_name, ros2msg_schema), None, offered_qos_profiles)
+    }
+
+    /// The same, with the hash of the type's definition (REP-2011), by which a type without a schema is played on Zenoh.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn hashed_channel(
+        &mut self,
+        topic: &str,
+        (type_name, ros2msg_schema): (&str, &str),
+        type_hash: Option<&str>,
+        offered_qos_profiles: &str,
+    ) -> Result<ChannelId, BagError> {
+        let entry = |key: &str, value: &str| (key.to_owned(), value.to_owned());
+        let mut metadata = BTreeMap::from([entry(QOS_METADATA_KEY, offered_qos_profiles)]);
+        metadata.extend(type_hash.map(|hash| entry(HASH_METADATA_KEY, hash)));
         // A schema without content has no encoding (MCAP's specification, "Schema").
         let encoding = if ros2msg_schema.is_empty() { "" } else { "ros2msg" };
         let id = self

@@ -83,6 +83,7 @@ pub use graph::value::{Arrived, Incoming};
 pub use graph::{Match, Role};
 pub use node::Node;
 pub use node::clock::{ClockJumps, NodeClock};
+pub use node::endpoints::RawType;
 pub use node::host::{Host, let_peers_run};
 pub use node::life::LifecycleState;
 pub use process::failure::NodeFailure;

@@ -1,7 +1,7 @@
 //! A ROS 2 node: its name, its parameters, its endpoints, and its participant on the network.
 
 pub(crate) mod clock;
-mod endpoints;
+pub(crate) mod endpoints;
 pub(crate) mod host;
 pub(crate) mod life;
 

@@ -1,6 +1,8 @@
 //! Tests over real Zenoh: each node has a session of its own, and a router in this process connects them.
 
-use std::net::TcpListener;
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::mpsc::{Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use ::zenoh::Wait;
@@ -14,7 +16,7 @@ use msgs::{RosMessage, RosService};
 use crate::parameters::NodeParameters;
 use crate::two_nodes::{PATIENCE, arguments, matched, scan, soon};
 use crate::wire::rmw_zenoh::settings::ZenohSettings;
-use crate::{AskError, Host, Node, Qos, Role, Transport};
+use crate::{AskError, Host, Node, Qos, RawType, Role, Transport};
 
 /// In which nothing comes.
 const SHORT: Duration = Duration::from_millis(100);
@@ -242,6 +244,38 @@ async fn nodes_of_one_process_hand_over_and_are_heard_outside_once() {
     }
 }
 
+/// What was recorded of a type that nobody here defines was played to nobody.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn messages_of_a_type_that_is_known_by_its_hash_alone_are_heard() {
+    let place = Place::new();
+    let (player, recorder) = (place.node("player"), place.node("recorder"));
+    {
+        let hash = format!("RIHS01_{}", "ab".repeat(32));
+        let kind = RawType { name: "other_msgs/msg/Thing", definition: None, hash: Some(&hash) };
+        let publisher = player.raw_publisher_of("thing", kind, &Qos::reliable(5)).unwrap();
+        let key = format!("7/robot/thing/other_msgs::msg::dds_::Thing_/{hash}");
+        let router = place.router.as_ref().unwrap();
+        let foreign = router.declare_subscriber(key).await.unwrap();
+        let ours = recorder.raw_subscription("thing", kind.name, &Qos::reliable(5)).unwrap();
+        soon("the match", publisher.wait_for_subscribers(1)).await;
+        soon("the message", async {
+            loop {
+                publisher.publish(&[0, 1, 0, 0, 7, 0, 0, 0]).unwrap();
+                if tokio::time::timeout(SHORT, foreign.recv_async()).await.is_ok() {
+                    break;
+                }
+            }
+        })
+        .await;
+        assert_eq!(soon("the message", ours.next()).await.encoded[4], 7);
+        let survey = recorder.survey();
+        let thing = survey.iter().find(|one| one.topic == "/robot/thing").unwrap();
+        assert_eq!(thing.type_hash.as_deref(), Some(&*hash));
+    }
+    player.close().await;
+    recorder.close().await;
+}
+
 /// As another implementation sees them.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_graph_names_nodes_ends_and_the_hashes_of_their_types() {
@@ -339,6 +373,51 @@ async fn a_router_that_ends_and_comes_back_brings_nodes_together_again() {
         assert_eq!(soon("the map of the meantime", map_heard.next()).await.message.ranges.len(), 2);
     }
     talker.close().await;
+    listener.close().await;
+}
+
+/// Lets the first client through to `port`, until it is told to take nothing more from it.
+fn gate_to(port: u16) -> (u16, Sender<()>) {
+    let gate = TcpListener::bind("127.0.0.1:0").unwrap();
+    let own_port = gate.local_addr().unwrap().port();
+    let (shut, is_shut) = channel();
+    std::thread::spawn(move || {
+        let mut client = gate.accept().unwrap().0;
+        let mut router = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        let mut back = (router.try_clone().unwrap(), client.try_clone().unwrap());
+        std::thread::spawn(move || std::io::copy(&mut back.0, &mut back.1));
+        let mut bytes = vec![0; 1 << 16];
+        while is_shut.try_recv() == Err(TryRecvError::Empty) {
+            let read = client.read(&mut bytes).unwrap();
+            router.write_all(&bytes[..read]).unwrap();
+        }
+        // The connection lives on until the test ends.
+        let _ended = is_shut.recv();
+    });
+    (own_port, shut)
+}
+
+/// A process that sent images to a machine which had gone took 10 s to end.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_link_that_takes_nothing_more_does_not_hold_up_the_end() {
+    let place = Place::new();
+    let (port, shut) = gate_to(place.port);
+    let transport = Place { port, router: None }.transport("client");
+    let talker = Node::start_on(transport, "talker", &arguments("/robot", &[])).unwrap();
+    let listener = place.node("listener");
+    {
+        let publisher = talker.publisher::<Image>("image", &Qos::sensor(5)).unwrap();
+        let subscription = listener.subscription::<Image>("image", &Qos::sensor(5)).unwrap();
+        matched(&publisher, &subscription).await;
+        shut.send(()).unwrap();
+        for _ in 0..10 {
+            publisher.publish(Image { data: vec![7; 4_900_000], ..Image::default() }).unwrap();
+        }
+    }
+    let begun = Instant::now();
+    talker.close().await;
+    let took = begun.elapsed();
+    assert!(took < Duration::from_secs(8), "{took:?}");
     listener.close().await;
 }
 

@@ -27,7 +27,8 @@ impl BagCopy {
             let known = || msgs::schema_of(&topic.type_name);
             let definition = topic.definition.clone().or_else(known).unwrap_or_default();
             let qos = topic.qos.map(|qos| qos.to_yaml()).unwrap_or_default();
-            let id = copy.writer.raw_channel(&topic.topic, &topic.type_name, &definition, &qos)?;
+            let (described, hash) = ((&*topic.type_name, &*definition), topic.type_hash.as_deref());
+            let id = copy.writer.hashed_channel(&topic.topic, described, hash, &qos)?;
             copy.channels.insert(key, id);
         }
         Ok(copy)

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use msgs::RosMessage;
 use msgs::sensor_msgs::CompressedImage;
-use node_shell::{Node, PublishError, Qos, RawPublisher, ShellError};
+use node_shell::{Node, PublishError, Qos, RawPublisher, RawType, ShellError};
 
 use crate::info::TopicInfo;
 use crate::message::{BagMessage, full_type_name};
@@ -69,15 +69,17 @@ impl Offers {
             }
             let qos = qos_of(topic);
             let mut type_name = full_type_name(&topic.type_name);
-            let mut definition = topic.definition.as_deref();
+            let mut described = (topic.definition.as_deref(), topic.type_hash.as_deref());
             let mut name = options.published_name(&topic.topic).to_owned();
             if let Some(part) = compression.topic_part(&topic.topic) {
                 // Below the remapped name of the raw image.
                 name = format!("{}/{part}", node.resolve(&name)?);
                 type_name = CompressedImage::TYPE_NAME.to_owned();
-                definition = None;
+                described = (None, None);
             }
-            let publisher = node.raw_publisher_of(&name, (&type_name, definition), &qos)?;
+            let (definition, hash) = described;
+            let kind = RawType { name: &type_name, definition, hash };
+            let publisher = node.raw_publisher_of(&name, kind, &qos)?;
             let summary = TopicSummary::new(&topic.topic, publisher.topic(), &type_name);
             let latched = if qos.is_transient_local() { last_latched(topic, &qos) } else { 0 };
             offers.insert(topic.topic.clone(), Offer { publisher, type_name, latched, summary });

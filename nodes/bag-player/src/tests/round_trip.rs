@@ -94,6 +94,22 @@ fn messages_types_and_qos_are_read_back() -> Result<(), BagError> {
 }
 
 /// A rate was once that of the topic over the whole bag: half of it for a sensor that was started halfway.
+/// Regression: a bag had no hash, and on Zenoh what has no definition is played by it alone.
+#[test]
+fn the_hash_of_a_type_without_a_definition_is_read_back() -> Result<(), BagError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("bag.mcap");
+    let mut writer = BagWriter::create(&path)?;
+    let (kind, qos) = (("other_msgs/msg/Thing", ""), OfferedQos::reliable(5).to_yaml());
+    let channel = writer.hashed_channel("/thing", kind, Some("RIHS01_ab"), &qos)?;
+    writer.write_raw(channel, time(0), time(0), &[0, 1, 0, 0, 7])?;
+    writer.finish()?;
+    let info = Bag::open(&path)?.info()?;
+    let topic = &info.topics[0];
+    assert_eq!((&topic.definition, topic.type_hash.as_deref()), (&None, Some("RIHS01_ab")));
+    Ok(())
+}
+
 #[test]
 fn a_rate_is_that_from_a_topics_first_message_to_its_last() -> Result<(), BagError> {
     let folder = tempfile::tempdir().unwrap();

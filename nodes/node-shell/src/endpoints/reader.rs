@@ -15,6 +15,8 @@ use crate::process::memory::resident_bytes;
 use crate::process::throttle::Throttle;
 use crate::settings::qos::is_bulk;
 #[cfg(feature = "zenoh")]
+use crate::wire::rmw_zenoh::attachment::REFUSED;
+#[cfg(feature = "zenoh")]
 use crate::wire::rmw_zenoh::topics::{ZenohMessage, ZenohSubscription};
 
 /// How often a reader that waits looks after its memory.
@@ -77,7 +79,8 @@ impl<M: RosMessage> Outside<M> {
 
 #[cfg(feature = "zenoh")]
 fn decoded<M: RosMessage>(message: ZenohMessage) -> Taken<M> {
-    let attachment = message.attachment.ok_or(ReadError::Malformed)?;
+    let refused = || ReadError::Deserialization { reason: REFUSED.to_owned() };
+    let attachment = message.attachment.ok_or_else(refused)?;
     let decoded = msgs::cdr::decode(&message.encoded)
         .map_err(|error| ReadError::Deserialization { reason: error.to_string() })?;
     let sent = ROSTime::from_nanos(attachment.sent_ns);

@@ -14,7 +14,7 @@ use crate::settings::names::ros_type_name;
 use crate::settings::qos::Qos;
 use crate::wire::rmw_zenoh::PARTICIPANT_MARK;
 #[cfg(feature = "zenoh")]
-use crate::wire::rmw_zenoh::keys::{Kind, Token};
+use crate::wire::rmw_zenoh::keys::{self, Kind, Token};
 
 /// The prefix that ROS 2 puts in front of the name of a topic on the wire; services and actions have others.
 const TOPIC_PREFIX: &str = "rt/";
@@ -28,6 +28,8 @@ pub struct DiscoveredEndpoint {
     pub topic: String,
     /// The type of its messages, as `sensor_msgs/msg/LaserScan`; another form where it is of no ROS 2.
     pub type_name: String,
+    /// The hash of that type's definition (REP-2011), which is known on Zenoh.
+    pub type_hash: Option<String>,
     /// How it delivers, or wants to be delivered to.
     pub qos: DiscoveredQos,
     /// The node that it belongs to, by its full name; known once the peer has announced it.
@@ -222,6 +224,7 @@ pub(crate) fn of(participant: &DomainParticipant, graph: &Graph) -> Vec<Discover
             role,
             topic,
             type_name: ros_type_name(dds_type),
+            type_hash: None,
             qos: DiscoveredQos { role, policies },
             node: graph.node_of(guid),
             is_before_iron: graph.is_before_iron(guid),
@@ -263,6 +266,7 @@ pub(crate) fn of_tokens(graph: &Graph) -> Vec<DiscoveredEndpoint> {
             role,
             topic: end.name,
             type_name: ros_type_name(&end.dds_type),
+            type_hash: Some(end.hash).filter(|hash| keys::is_hash(hash)),
             qos: DiscoveredQos { role, policies: end.qos.reader_policies() },
             node: graph.node_of(guid),
             is_before_iron: false,

@@ -23,7 +23,24 @@ use crate::settings::names;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 #[cfg(feature = "zenoh")]
-use crate::wire::rmw_zenoh::keys::{End, Token, UNKNOWN_HASH};
+use crate::wire::rmw_zenoh::keys::{self, End, Token, UNKNOWN_HASH};
+
+/// The type of messages that are encoded already.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct RawType<'a> {
+    /// As `sensor_msgs/msg/LaserScan`.
+    pub name: &'a str,
+    /// Its text and that of all types in it, as bags have it, where it need not be known here.
+    pub definition: Option<&'a str>,
+    /// The hash of its definition (REP-2011), for one that is not known at all.
+    pub hash: Option<&'a str>,
+}
+
+impl<'a> RawType<'a> {
+    fn named(name: &'a str) -> Self {
+        Self { name, definition: None, hash: None }
+    }
+}
 
 impl Node {
     /// The absolute name of a topic, after remapping.
@@ -78,21 +95,19 @@ impl Node {
         type_name: &str,
         qos: &Qos,
     ) -> Result<RawPublisher, ShellError> {
-        self.raw_publisher_of(topic, (type_name, None), qos)
+        self.raw_publisher_of(topic, RawType::named(type_name), qos)
     }
 
-    /// The same, of a type whose `definition` need not be known here: its text and that of all types in it, as bags have it. On Zenoh
-    /// none hears messages of a type without one.
+    /// The same, of a type that need not be known here. On Zenoh none hears messages of a type with neither definition nor hash.
     ///
     /// # Errors
     /// As [`Node::raw_publisher`].
     pub fn raw_publisher_of(
         &self,
         topic: &str,
-        (type_name, definition): (&str, Option<&str>),
+        kind: RawType<'_>,
         qos: &Qos,
     ) -> Result<RawPublisher, ShellError> {
-        let kind = (type_name, definition);
         Ok(RawPublisher::new(self.outlet_of(topic, kind, qos, self.life.gate())?))
     }
 
@@ -170,7 +185,7 @@ impl Node {
             }
             #[cfg(feature = "zenoh")]
             Some(Link::Zenoh(node)) => {
-                let end = topic_end(&absolute, &dds_type, (type_name, None), qos);
+                let end = topic_end(&absolute, &dds_type, RawType::named(type_name), qos);
                 let hash = end.hash.clone();
                 let make = || node.subscription(end).map(|(token, one)| Some((guid(&token), one)));
                 let made = self.graph.enter(id, place, make).map_err(failed)?;
@@ -217,19 +232,18 @@ impl Node {
         qos: &Qos,
         gate: Gate,
     ) -> Result<Outlet, ShellError> {
-        self.outlet_of(topic, (type_name, None), qos, gate)
+        self.outlet_of(topic, RawType::named(type_name), qos, gate)
     }
 
-    #[cfg_attr(not(feature = "zenoh"), expect(unused_variables, reason = "DDS has no use of it"))]
     fn outlet_of(
         &self,
         topic: &str,
-        (type_name, definition): (&str, Option<&str>),
+        kind: RawType<'_>,
         qos: &Qos,
         gate: Gate,
     ) -> Result<Outlet, ShellError> {
         let absolute = self.resolve(topic)?;
-        let dds_type = names::dds_type_name(type_name)?;
+        let dds_type = names::dds_type_name(kind.name)?;
         let key = TopicKey { topic: absolute.clone(), dds_type: dds_type.clone() };
         let id = self.host.exchange().enter_publisher(key, qos);
         let endpoint = OpenEndpoint::new(id, &self.graph);
@@ -239,7 +253,7 @@ impl Node {
         let writer = match self.network.as_ref().map(|network| &network.link) {
             None => self.graph.enter(id, place, || Ok::<_, ShellError>(None))?,
             Some(Link::Dds(dds)) => {
-                let make = dds.writer_maker(&absolute, &dds_type, qos.writer_policies(type_name));
+                let make = dds.writer_maker(&absolute, &dds_type, qos.writer_policies(kind.name));
                 let first = self.graph.enter(id, place, || make().map(Some)).map_err(failed)?;
                 let graph = self.graph.clone();
                 let remake: MakeWriter = Box::new(move || graph.renew(id, &make));
@@ -252,7 +266,7 @@ impl Node {
             }
             #[cfg(feature = "zenoh")]
             Some(Link::Zenoh(node)) => {
-                let end = topic_end(&absolute, &dds_type, (type_name, definition), qos);
+                let end = topic_end(&absolute, &dds_type, kind, qos);
                 let hash = end.hash.clone();
                 let make = || node.publisher(end).map(|(token, one)| Some((guid(&token), one)));
                 let made = self.graph.enter(id, place, make).map_err(failed)?;
@@ -276,17 +290,14 @@ impl Node {
 
 /// A topic as it is announced on Zenoh.
 #[cfg(feature = "zenoh")]
-fn topic_end(
-    absolute: &str,
-    dds_type: &str,
-    (type_name, definition): (&str, Option<&str>),
-    qos: &Qos,
-) -> End {
-    let hash_by = |schema: &str| msgs::type_hash_of(type_name, schema);
+fn topic_end(absolute: &str, dds_type: &str, kind: RawType<'_>, qos: &Qos) -> End {
+    let hash_by = |schema: &str| msgs::type_hash_of(kind.name, schema);
     // A definition of ROS 1 gives none.
-    let hash = definition
+    let hash = kind
+        .definition
         .and_then(hash_by)
-        .or_else(|| msgs::schema_of(type_name).as_deref().and_then(hash_by))
+        .or_else(|| msgs::schema_of(kind.name).as_deref().and_then(hash_by))
+        .or_else(|| kind.hash.filter(|hash| keys::is_hash(hash)).map(str::to_owned))
         .unwrap_or_else(|| UNKNOWN_HASH.to_owned());
     End { name: absolute.to_owned(), dds_type: dds_type.to_owned(), hash, qos: *qos }
 }

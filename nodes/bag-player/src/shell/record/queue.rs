@@ -25,6 +25,7 @@ pub(super) enum Job {
         topic: String,
         type_name: String,
         definition: String,
+        type_hash: Option<String>,
         offered: OfferedQos,
     },
     /// A message of the topic of this number.

@@ -101,7 +101,7 @@ impl<'a> Subscriptions<'a> {
             match self.known.get(topic) {
                 None if self.known.len() >= MOST_TOPICS => self.refuse_more(),
                 None if self.wanted.contains(topic) => {
-                    self.open(topic, type_name, Quality::of(type_name, of_topic));
+                    self.open(publisher, Quality::of(type_name, of_topic));
                 }
                 Some(known) if known.type_name == *type_name => {
                     self.weaken(topic, Quality::of(type_name, of_topic).asked);
@@ -151,12 +151,13 @@ impl<'a> Subscriptions<'a> {
         }
     }
 
-    fn open(&mut self, topic: &str, type_name: &str, quality: Quality) {
+    fn open(&mut self, publisher: &DiscoveredEndpoint, quality: Quality) {
+        let DiscoveredEndpoint { topic, type_name, type_hash, .. } = publisher;
         let (replace, replacements) = mpsc::unbounded_channel();
-        let known = Known { type_name: type_name.to_owned(), recorded: None };
-        self.known.insert(topic.to_owned(), known);
+        let known = Known { type_name: type_name.clone(), recorded: None };
+        self.known.insert(topic.clone(), known);
         // A peer that is not a ROS 2 node may have other names; and a remapping may apply to this one.
-        if self.node.resolve(topic).as_deref().ok() != Some(topic) {
+        if self.node.resolve(topic).as_ref().ok() != Some(topic) {
             tracing::warn!("{topic} is not a valid name of a ROS 2 topic: it is not recorded");
             return;
         }
@@ -180,9 +181,10 @@ impl<'a> Subscriptions<'a> {
         let number = self.recorded;
         let announced = Job::Topic {
             number,
-            topic: topic.to_owned(),
-            type_name: type_name.to_owned(),
+            topic: topic.clone(),
+            type_name: type_name.clone(),
             definition: definition.unwrap_or_default(),
+            type_hash: type_hash.clone(),
             offered: quality.offered,
         };
         if let Some(known) = self.known.get_mut(topic) {
@@ -193,7 +195,7 @@ impl<'a> Subscriptions<'a> {
             replacements,
             written: VecDeque::new(),
             replaced: BTreeSet::new(),
-            type_name: type_name.to_owned(),
+            type_name: type_name.clone(),
             is_defined,
             number,
             clock: self.node.clock(),
@@ -355,6 +357,7 @@ mod tests {
             role: Role::Publisher,
             topic: format!("no name {number}"),
             type_name: "std_msgs/msg/String".to_owned(),
+            type_hash: None,
             qos: DiscoveredQos::of_publisher(&Qos::reliable(1)),
             node: None,
             is_before_iron: false,

@@ -103,9 +103,11 @@ fn write_all(
     // Its permits are released after it is written.
     while let Some(Waiting { job, _room }) = jobs.blocking_recv() {
         match job {
-            Job::Topic { number, topic, type_name, definition, offered } => {
+            Job::Topic { number, topic, type_name, definition, type_hash, offered } => {
                 let offered = offered.to_yaml();
-                let channel = writer.raw_channel(&topic, &type_name, &definition, &offered)?;
+                let described = (type_name.as_str(), definition.as_str());
+                let hash = type_hash.as_deref();
+                let channel = writer.hashed_channel(&topic, described, hash, &offered)?;
                 channels.insert(number, channel);
             }
             Job::Message { number, log_time, publish_time, encoded } => {

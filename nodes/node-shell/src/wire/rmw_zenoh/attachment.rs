@@ -3,6 +3,12 @@
 /// Of a number and a time, eight bytes each, and of the sender's identity with its length in front.
 const BYTES: usize = 8 + 8 + 1 + IDENTITY;
 const IDENTITY: usize = 16;
+/// What rmw_zenoh before 0.2.4 (April 2025) begins with: the name of the first part, and its length in front.
+const NAMED: &[u8] = b"\x0fsequence_number";
+
+/// Why a message or a request is refused that comes without.
+#[cfg(feature = "zenoh")]
+pub(crate) const REFUSED: &str = "its attachment is not that of rmw_zenoh 0.2.4 or later";
 
 /// The number of a message, when it was sent, and by which endpoint.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -30,6 +36,9 @@ impl Attachment {
 
     /// `None` for what is no such attachment. More may follow it.
     pub(crate) fn of_bytes(bytes: &[u8]) -> Option<Self> {
+        if bytes.starts_with(NAMED) {
+            return None;
+        }
         let (number, rest) = bytes.split_first_chunk()?;
         let (time, rest) = rest.split_first_chunk()?;
         let (length, rest) = rest.split_first()?;
@@ -57,5 +66,14 @@ mod tests {
         let mut other = bytes;
         other[16] = 24;
         assert_eq!(Attachment::of_bytes(&other), None);
+    }
+
+    /// The text was taken for the number and the time of each message whose number ends with a byte of 16: all before it counted as lost.
+    #[test]
+    fn an_attachment_of_named_parts_is_none() {
+        let mut bytes = [NAMED, &16_i64.to_le_bytes(), b"\x10source_timestamp"].concat();
+        bytes.extend([&[0; 8], b"\x0asource_gid\x10".as_slice(), &[7; IDENTITY]].concat());
+        assert_eq!((bytes.len(), bytes[16]), (77, 16));
+        assert_eq!(Attachment::of_bytes(&bytes), None);
     }
 }

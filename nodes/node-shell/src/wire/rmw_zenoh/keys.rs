@@ -16,6 +16,9 @@ const TOKENS: &str = "@ros2_lv";
 /// The hash of a type whose definition is not known.
 #[cfg_attr(not(feature = "zenoh"), expect(dead_code, reason = "the names alone are tested then"))]
 pub(crate) const UNKNOWN_HASH: &str = "TypeHashNotSupported";
+/// What a hash of the first, and only, version of REP-2011 begins with, and how many hexadecimal digits follow.
+#[cfg(feature = "zenoh")]
+const HASH_FORM: (&str, usize) = ("RIHS01_", 64);
 /// What stands for a name that is empty, and for a slash within a name: a part of a key must not be empty.
 const SLASH: &str = "%";
 /// The depth that an endpoint has which does not name it.
@@ -25,6 +28,13 @@ const DEFAULT_DEPTH: usize = 42;
 /// for a receiver.
 pub(crate) fn data_key(domain_id: u16, absolute: &str, dds_type: &str, hash: &str) -> String {
     format!("{domain_id}/{}/{dds_type}/{hash}", absolute.trim_matches('/'))
+}
+
+/// Whether it is the hash of a definition: anything else in a bag must not become part of a key.
+#[cfg(feature = "zenoh")]
+pub(crate) fn is_hash(text: &str) -> bool {
+    let digits = text.strip_prefix(HASH_FORM.0).unwrap_or_default();
+    digits.len() == HASH_FORM.1 && digits.bytes().all(|digit| digit.is_ascii_hexdigit())
 }
 
 /// All tokens of a domain.

@@ -9,7 +9,7 @@ use ::zenoh::handlers::{RingChannel, RingChannelHandler};
 use ::zenoh::liveliness::LivelinessToken;
 use ::zenoh::query::{ConsolidationMode, Query, QueryTarget, Queryable};
 
-use super::attachment::Attachment;
+use super::attachment::{Attachment, REFUSED};
 use super::keys::{self, End, Kind};
 use super::session::{Session, ZenohNode, announce, first_line, now_ns};
 
@@ -83,7 +83,7 @@ impl ZenohServer {
         let encoded = query.payload().ok_or("it has no message")?.to_bytes().into_owned();
         let attachment = query.attachment().map(|bytes| bytes.to_bytes().into_owned());
         let attachment = attachment.and_then(|bytes| Attachment::of_bytes(&bytes));
-        let attachment = attachment.ok_or("it does not say whose it is")?;
+        let attachment = attachment.ok_or(REFUSED)?;
         Ok(ZenohRequest { encoded, query, attachment, key: self.key.clone() })
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use ::zenoh::Wait;
@@ -29,6 +29,8 @@ const START_A_ROUTER: &str =
 const BETWEEN_CHECKS: Duration = Duration::from_secs(1);
 /// A wait may be without end, and a program ends when it is asked to.
 const BETWEEN_LOOKS_FOR_SHUTDOWN: Duration = Duration::from_millis(20);
+/// How long the end of a session may take: one whose peer takes nothing more would take 10 s.
+const LONGEST_CLOSE: Duration = Duration::from_secs(2);
 /// After this many looks the log says again that none is there.
 const CHECKS_PER_WARNING: u64 = 10;
 
@@ -91,8 +93,18 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
-        // A session that has failed is closed.
-        let _ = self.zenoh.close().wait();
+        let closing = self.zenoh.close();
+        let (ended, end) = mpsc::channel();
+        let close = move || {
+            // A session that has failed is closed, and nobody may wait any more.
+            let _ = closing.wait();
+            let _ = ended.send(());
+        };
+        if std::thread::Builder::new().name("zenoh_close".to_owned()).spawn(close).is_ok()
+            && end.recv_timeout(LONGEST_CLOSE).is_err()
+        {
+            tracing::debug!("the Zenoh session has not closed within {LONGEST_CLOSE:?}");
+        }
     }
 }
 

@@ -24,6 +24,7 @@ fn endpoint(role: Role, topic: &str, type_name: &str, node: &str, qos: &Qos) -> 
         role,
         topic: topic.to_owned(),
         type_name: type_name.to_owned(),
+        type_hash: None,
         qos: match role {
             Role::Publisher => DiscoveredQos::of_publisher(qos),
             Role::Subscription => DiscoveredQos::of_subscription(qos),

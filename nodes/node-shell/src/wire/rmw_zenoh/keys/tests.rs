@@ -52,6 +52,17 @@ fn what_is_no_token_is_none() {
     }
 }
 
+/// One of a bag becomes a part of a key.
+#[cfg(feature = "zenoh")]
+#[test]
+fn a_hash_is_that_of_a_definition() {
+    assert!(is_hash(HASH));
+    let short = &HASH[..70];
+    let longer = [format!("{short}/"), format!("{HASH}0")];
+    let others = ["", "*", "RIHS01_", UNKNOWN_HASH, short, &longer[0], &longer[1]];
+    assert!(!others.into_iter().any(is_hash));
+}
+
 /// Other implementations name each policy, or none.
 #[test]
 fn the_qualities_of_others_are_read() {
