@@ -73,20 +73,21 @@ def described_nodes(context):
     ]
     consumer = LaunchConfiguration('consumer').perform(context)
     if consumer != 'none':
-        namespace = LaunchConfiguration('namespace').perform(context).rstrip('/')
         package_of, program, name, topics, needed = CONSUMERS[consumer]
         given = LaunchConfiguration('consumer_params').perform(context)
         nodes.append(Node(
             package=package_of, executable=program, name=name, namespace=LaunchConfiguration('namespace'), output='screen',
             parameters=[*([given] if given else []), needed] if needed or given else [],
-            remappings=[(topic, f'{namespace}/{filtered}') for topic, filtered in topics]))
+            remappings=topics))
     return nodes
 
 
 def generate_launch_description():
     """Describes the nodes and their arguments."""
     return LaunchDescription([
-        DeclareLaunchArgument('namespace', default_value='/', description='namespace of the nodes, absolute'),
+        DeclareLaunchArgument(
+            'namespace', default_value='',
+            description='namespace of the nodes, within that of the launch file which includes this one unless it is absolute'),
         DeclareLaunchArgument(
             'rig', default_value='rplidar_a1_kinect_v1.yaml',
             description='preset of config/rig, or the absolute path of a parameter file'),

@@ -76,7 +76,9 @@ def described_nodes(context):
 def generate_launch_description():
     """Describes the nodes and their arguments."""
     return LaunchDescription([
-        DeclareLaunchArgument('namespace', default_value='/', description='namespace of the nodes, absolute'),
+        DeclareLaunchArgument(
+            'namespace', default_value='',
+            description='namespace of the nodes, within that of the launch file which includes this one unless it is absolute'),
         DeclareLaunchArgument(
             'rig', default_value='rplidar_a1_kinect_v1.yaml',
             description='preset of config/rig, or the absolute path of a parameter file'),

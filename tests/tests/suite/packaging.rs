@@ -95,14 +95,18 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
     let nodes = told["nodes"].as_array().unwrap();
     let names: Vec<&str> = nodes.iter().map(|node| node["name"].as_str().unwrap()).collect();
     assert_eq!(names, expected, "{file} {arguments:?}");
+    let names_namespace = arguments.iter().any(|argument| argument.starts_with("namespace:="));
     for node in nodes {
         let name = node["name"].as_str().unwrap();
+        // Regression: it was `/`, so that the nodes of two robots, each in a namespace, had the same names.
+        let namespace = node["namespace"].as_str().unwrap_or_default();
+        assert_eq!(namespace.starts_with('/'), names_namespace, "{file}: {name} in {namespace}");
         if node["package"].as_str().is_some_and(|package| package != "stillmap") {
             // Of another package: what it gets of ours exists.
             for pair in node["remappings"].as_array().unwrap() {
-                let namespace =
-                    format!("{}/", node["namespace"].as_str().unwrap().trim_end_matches('/'));
-                is_topic(strings(pair)[1].strip_prefix(&namespace).unwrap(), file);
+                let filtered = strings(pair)[1];
+                assert!(!filtered.starts_with('/'), "{file}: {filtered} leaves the namespace");
+                is_topic(filtered, file);
             }
             continue;
         }
@@ -110,8 +114,7 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
         // A bag is played once: who falls meanwhile has lost a part of it. In XML `respawn` takes no substitution, so that the
         // included file has it for both.
         assert_eq!(node["respawn"], file != "bag.launch.py", "{file}");
-        let full_name =
-            format!("{}/{name}", node["namespace"].as_str().unwrap().trim_end_matches('/'));
+        let full_name = format!("{}/{name}", namespace.trim_end_matches('/'));
         match name {
             "detection" => takes::<DetectionParameters>(&full_name, node),
             "segmentation" => takes::<SegmentationParameters>(&full_name, node),
