@@ -93,7 +93,6 @@ fn messages_types_and_qos_are_read_back() -> Result<(), BagError> {
     Ok(())
 }
 
-/// A rate was once that of the topic over the whole bag: half of it for a sensor that was started halfway.
 /// Regression: a bag had no hash, and on Zenoh what has no definition is played by it alone.
 #[test]
 fn the_hash_of_a_type_without_a_definition_is_read_back() -> Result<(), BagError> {
@@ -110,6 +109,7 @@ fn the_hash_of_a_type_without_a_definition_is_read_back() -> Result<(), BagError
     Ok(())
 }
 
+/// A rate was once that of the topic over the whole bag: half of it for a sensor that was started halfway.
 #[test]
 fn a_rate_is_that_from_a_topics_first_message_to_its_last() -> Result<(), BagError> {
     let folder = tempfile::tempdir().unwrap();
