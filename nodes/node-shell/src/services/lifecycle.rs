@@ -9,6 +9,8 @@ mod services;
 #[cfg(test)]
 mod tests;
 
+use std::time::Duration;
+
 use tokio::sync::{mpsc, oneshot};
 
 pub(crate) use services::LifecycleServices;
@@ -17,6 +19,10 @@ use crate::node::Node;
 use crate::node::life::Life;
 use crate::wire::error::ShellError;
 
+/// A node that has ended answers for this long before its process ends: who manages it asks for its state, and ends the other nodes of
+/// the process.
+const FAREWELL: Duration = Duration::from_secs(2);
+
 impl Node {
     /// Lets others manage the node as long as it runs; see [`Lifecycle`]. The node is active from the start unless its
     /// parameter `autostart` is false.
@@ -24,10 +30,14 @@ impl Node {
     /// # Errors
     /// When a name is none, or the library refuses.
     pub fn manage(&self) -> Result<Lifecycle, ShellError> {
+        self.manage_with(FAREWELL)
+    }
+
+    fn manage_with(&self, farewell: Duration) -> Result<Lifecycle, ShellError> {
         let Some(network) = self.network() else { return Ok(Lifecycle::unmanaged()) };
         let (services, lifecycle) =
             LifecycleServices::open(self, self.life(), self.switches().autostart)?;
-        network.spawn(|stop| services.run(stop));
+        network.spawn(move |stop| services.run(farewell, stop));
         Ok(lifecycle)
     }
 }

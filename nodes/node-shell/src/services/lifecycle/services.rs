@@ -27,10 +27,6 @@ const EVENTS: &str = "~/transition_event";
 /// Events that a subscriber may be behind, as ROS 2 has it.
 const EVENTS_KEPT: usize = 10;
 
-/// A node that has ended answers for this long before its process ends: who manages it asks for its state, and ends the other nodes of
-/// the process.
-const FAREWELL: Duration = Duration::from_secs(2);
-
 /// The services by which others manage a node.
 pub(crate) struct LifecycleServices {
     manager: Manager,
@@ -80,8 +76,8 @@ impl LifecycleServices {
         Ok((services, Lifecycle { life: life.clone(), resets: Some(receiver) }))
     }
 
-    /// Answers until `stop` resolves.
-    pub(crate) async fn run(self, stop: impl Future<Output = ()>) {
+    /// Answers until `stop` resolves. A node that was ended lets its process end after the farewell.
+    pub(crate) async fn run(self, farewell: Duration, stop: impl Future<Output = ()>) {
         let Self { mut manager, change_state, get_state, states, transitions, graph: whole } = self;
         let failed = Throttle::for_warnings();
         let mut ends_at: Option<Instant> = None;
@@ -105,7 +101,7 @@ impl LifecycleServices {
                         };
                         answer(&failed, request, &ChangeStateResponse { success });
                         if success && manager.state == LifecycleState::Finalized {
-                            ends_at = Instant::now().checked_add(FAREWELL);
+                            ends_at = Instant::now().checked_add(farewell);
                         }
                     }
                     request = get_state.next() => {
