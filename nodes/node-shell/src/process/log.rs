@@ -82,12 +82,12 @@ pub struct LogDirective {
 /// nothing when the process prints already.
 pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
     let filter = filter_text(logger, directives);
-    let format = || RosFormat { logger: logger.to_owned() };
+    let format = |to_journal| RosFormat { logger: logger.to_owned(), to_journal };
     let lines = outputs.stderr.then(|| {
         tracing_subscriber::fmt::layer()
             .with_writer(|| LogLines)
             .with_ansi(outputs::has_colours(std::io::stderr().is_terminal()))
-            .event_format(format())
+            .event_format(format(outputs::go_to_journal()))
     });
     let (file, failed) = match outputs.open_file(logger) {
         Ok(file) => (file, None),
@@ -98,7 +98,7 @@ pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
         tracing_subscriber::fmt::layer()
             .with_writer(Mutex::new(file))
             .with_ansi(false)
-            .event_format(format())
+            .event_format(format(false))
     });
     // An error means that somebody else has set up logging: theirs it is, then.
     let _ = tracing_subscriber::registry()
@@ -140,6 +140,8 @@ fn filter_text(logger: &str, directives: &[LogDirective]) -> String {
 
 struct RosFormat {
     logger: String,
+    /// Each line begins with how grave it is, by syslog's numbers, as the journal of systemd wants it.
+    to_journal: bool,
 }
 
 impl<S, N> FormatEvent<S, N> for RosFormat
@@ -153,18 +155,21 @@ where
         mut writer: Writer<'_>,
         event: &Event<'_>,
     ) -> fmt::Result {
-        let (name, colour) = match *event.metadata().level() {
-            Level::ERROR => ("ERROR", "\x1b[31m"),
-            Level::WARN => ("WARN", "\x1b[33m"),
-            Level::INFO => ("INFO", ""),
-            Level::DEBUG => ("DEBUG", "\x1b[32m"),
-            Level::TRACE => ("TRACE", "\x1b[32m"),
+        let (name, colour, priority) = match *event.metadata().level() {
+            Level::ERROR => ("ERROR", "\x1b[31m", 3),
+            Level::WARN => ("WARN", "\x1b[33m", 4),
+            Level::INFO => ("INFO", "", 6),
+            Level::DEBUG => ("DEBUG", "\x1b[32m", 7),
+            Level::TRACE => ("TRACE", "\x1b[32m", 7),
         };
         // Several nodes may share a process: each works within a span of its own name.
         let span = context.lookup_current();
         let logger = span.as_ref().map_or(self.logger.as_str(), |span| span.name());
         let coloured = writer.has_ansi_escapes() && !colour.is_empty();
         let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        if self.to_journal {
+            write!(writer, "<{priority}>")?;
+        }
         if coloured {
             writer.write_str(colour)?;
         }
@@ -183,6 +188,49 @@ mod tests {
 
     fn directive(logger: Option<&str>, level: LogLevel) -> LogDirective {
         LogDirective { logger: logger.map(str::to_owned), level }
+    }
+
+    /// What is kept of lines that were written.
+    #[derive(Clone, Default)]
+    struct Kept(std::sync::Arc<Mutex<Vec<u8>>>);
+
+    impl std::io::Write for Kept {
+        fn write(&mut self, lines: &[u8]) -> std::io::Result<usize> {
+            self.0.lock().unwrap().write(lines)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// Regression: warnings and errors were information in the journal, so that `journalctl -p warning` showed nothing.
+    #[test]
+    fn the_journal_is_told_how_grave_a_line_is() {
+        for (to_journal, starts) in [
+            (true, ["<4>[WARN] [", "<3>[ERROR] [", "<6>[INFO] ["]),
+            (false, ["[WARN] [", "[ERROR] [", "[INFO] ["]),
+        ] {
+            let kept = Kept::default();
+            let writer = kept.clone();
+            let format = RosFormat { logger: "detection".to_owned(), to_journal };
+            let layer = tracing_subscriber::fmt::layer()
+                .with_writer(move || writer.clone())
+                .with_ansi(false)
+                .event_format(format);
+            let subscriber = tracing_subscriber::registry().with(layer);
+            tracing::subscriber::with_default(subscriber, || {
+                tracing::warn!("a");
+                tracing::error!("b");
+                tracing::info!("c");
+            });
+            let lines = String::from_utf8(kept.0.lock().unwrap().clone()).unwrap();
+            let lines: Vec<&str> = lines.lines().collect();
+            assert_eq!(lines.len(), 3);
+            for (line, start) in lines.iter().zip(starts) {
+                assert!(line.starts_with(start), "{line}");
+            }
+        }
     }
 
     #[test]

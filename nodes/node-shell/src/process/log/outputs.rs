@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -10,6 +11,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 const FOLDER: &str = "ROS_LOG_DIR";
 /// Whether lines have colours: `0` or `1`; by default where a person sees them.
 const COLOURS: &str = "RCUTILS_COLORIZED_OUTPUT";
+/// What systemd sets for a service whose stderr is its journal: the device and inode of that (systemd.exec(5)). Programs that it starts
+/// inherit it, also with another stderr.
+const JOURNAL: &str = "JOURNAL_STREAM";
 
 /// Where the log goes, by the arguments.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -63,6 +67,16 @@ fn colours(variable: Option<&OsStr>, is_watched: bool) -> bool {
     }
 }
 
+/// Whether lines on stderr go to the journal of systemd, which takes how grave each is from a prefix (sd-daemon(3)).
+pub(super) fn go_to_journal() -> bool {
+    let stderr = fs::metadata("/proc/self/fd/2").ok();
+    stderr.is_some_and(|stderr| is_journal(std::env::var_os(JOURNAL).as_deref(), &stderr))
+}
+
+fn is_journal(variable: Option<&OsStr>, stream: &fs::Metadata) -> bool {
+    variable.is_some_and(|named| named == &*format!("{}:{}", stream.dev(), stream.ino()))
+}
+
 #[cfg(test)]
 mod tests {
     use std::io::Write;
@@ -76,6 +90,19 @@ mod tests {
             assert!(coloured("1") && !coloured("0"));
             assert_eq!((coloured(""), colours(None, is_watched)), (is_watched, is_watched));
         }
+    }
+
+    #[test]
+    fn lines_go_to_the_journal_where_it_is_this_stream() {
+        let folder = tempfile::tempdir().unwrap();
+        let [stream, other] = ["a", "b"].map(|name| {
+            fs::write(folder.path().join(name), "").unwrap();
+            fs::metadata(folder.path().join(name)).unwrap()
+        });
+        let named = format!("{}:{}", stream.dev(), stream.ino());
+        assert!(is_journal(Some(OsStr::new(&named)), &stream));
+        assert!(!is_journal(Some(OsStr::new(&named)), &other));
+        assert!(!is_journal(Some(OsStr::new("")), &stream) && !is_journal(None, &stream));
     }
 
     #[test]

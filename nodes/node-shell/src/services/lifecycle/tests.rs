@@ -131,3 +131,21 @@ async fn all_nodes_of_a_process_are_ended_and_say_so_before_it_ends() {
     }
     peer.close().await;
 }
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_process_ends_once_its_node_was_ended() {
+    let (host, peers) = (host(), host());
+    let (managed, peer) = (node(&host, "end", &[]), node(&peers, "end", &["-r", "__node:=peer"]));
+    let shutdown = host.shutdown_signal();
+    {
+        let _lifecycle = managed.manage_with(Duration::ZERO).unwrap();
+        let change_state = peer.service_client::<ChangeState>("managed/change_state").unwrap();
+        let transition =
+            Transition { id: Transition::TRANSITION_ACTIVE_SHUTDOWN, label: String::new() };
+        let request = ChangeStateRequest { transition };
+        assert!(change_state.ask(&request, PATIENCE).await.unwrap().success);
+        timeout(PATIENCE, shutdown.wait()).await.unwrap();
+    }
+    managed.close().await;
+    peer.close().await;
+}
