@@ -41,7 +41,7 @@ pub(super) fn turn_onto_known<'a>(
     points_in_map: impl ExactSizeIterator<Item = &'a Point3<f64>>,
 ) -> Option<UnitQuaternion<f64>> {
     let every = (points_in_map.len() / SAMPLES).max(1);
-    let known = Known { occupancy, beside_m: BESIDE_EDGES * occupancy.grid().edge_m() };
+    let known = KnownSpace { occupancy, beside_m: BESIDE_EDGES * occupancy.grid().edge_m() };
     let of_known = points_in_map.step_by(every).filter(|point| known.says_something(point));
     let rays_m: Vec<Vector3<f64>> = of_known.map(|point| point - camera_in_map).collect();
     let tried = |turn_rad: Vector3<f64>| {
@@ -84,12 +84,12 @@ fn better_beside(
 }
 
 /// What is known of space.
-struct Known<'a> {
+struct KnownSpace<'a> {
     occupancy: &'a Occupancy,
     beside_m: f64,
 }
 
-impl Known<'_> {
+impl KnownSpace<'_> {
     /// Whether a point is on a surface, near one or in free space. What comes into view for the first time is none of these: any turn
     /// that takes it back to what is known would seem to be right.
     fn says_something(&self, point: &Point3<f64>) -> bool {

@@ -114,6 +114,9 @@ impl FreeSpaceSegmenter {
         points: &CyclePoints<'_>,
         classes: &mut [PointClass],
     ) {
+        if !classes.iter().any(|class| class.is_newly_occupied()) {
+            return;
+        }
         let in_reach = (0..points.count()).filter(|&point| self.is_in_reach(points, point));
         let in_reach: Vec<&Point3<f64>> = in_reach.map(|point| &points.in_map[point]).collect();
         let turn = turn_onto_known(&self.occupancy, &points.camera_in_map, in_reach.into_iter());
