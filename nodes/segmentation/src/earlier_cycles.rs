@@ -156,7 +156,8 @@ impl Object {
         let is_at_place = |index: &usize| {
             !is_taken[*index] && (place_m(*index) - self.middle_m).norm() <= self.reach_m + step_m
         };
-        let around = self.around.iter().flat_map(|voxel| candidates.in_voxel(voxel));
+        let around = self.around.iter().flat_map(|voxel| candidates.within(*voxel, 0));
+        let around = around.map(|(_, index)| index);
         let mut seeds: Vec<usize> = around.filter(is_at_place).collect();
         seeds.sort_unstable();
         self.middle_m = middle_of(seeds.iter().map(|&seed| place_m(seed)));

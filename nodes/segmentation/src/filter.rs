@@ -15,6 +15,7 @@ use geometry::{
 };
 use nalgebra::{Isometry3, Point3};
 
+use crate::floor::Floor;
 use crate::moving_pixels::MovingPixels;
 use carried::rig_pose_at;
 pub use verdict::Verdict;
@@ -122,7 +123,9 @@ impl MotionFilter {
         }
         let rig_from_camera = verdict.mounts.rig_from_camera;
         let frame = DepthFrame::new(Arc::clone(image), *camera)?;
-        Ok(Some(self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter())))
+        let floor_in_rig = self.floor_in_rig(verdict, image.stamp);
+        let (floor, moving) = (floor_in_rig.as_ref(), moving.iter());
+        Ok(Some(self.moving_pixels.mask(&frame, &rig_from_camera, floor, moving)))
     }
 
     /// The points of a cloud of `places` points, row by row, that move; `None` where no cycle is near. Where a pinhole camera has
@@ -136,9 +139,11 @@ impl MotionFilter {
             return Some(is_moving);
         }
         let rig_from_camera = verdict.mounts.rig_from_camera;
+        let floor_in_rig = self.floor_in_rig(verdict, stamp);
         match self.cloud_camera.frame_of_organised(cloud) {
             Ok(frame) if frame.image().pixels().len() == places => {
-                is_moving = self.moving_pixels.mask(&frame, &rig_from_camera, moving.iter());
+                let (floor, moving) = (floor_in_rig.as_ref(), moving.iter());
+                is_moving = self.moving_pixels.mask(&frame, &rig_from_camera, floor, moving);
             }
             _ => {
                 let voxels = self.voxels_of(&moving);
@@ -164,8 +169,7 @@ impl MotionFilter {
     /// Where the verdict's moving points are in the rig at a moment.
     fn moving_in_rig(&self, verdict: &Verdict, at: Stamp) -> Vec<Point3<f32>> {
         let after_s = at.seconds_since(verdict.view_stamp);
-        let rig_from_map: Isometry3<f64> =
-            rig_pose_at(&self.verdicts, at).unwrap_or(verdict.map_from_rig).inverse();
+        let rig_from_map = self.map_from_rig(verdict, at).inverse();
         let carried = |point: &verdict::MovingPoint| {
             let in_map = point.in_map_m + point.velocity_m_per_s * after_s;
             (rig_from_map * in_map).cast::<f32>()
@@ -175,6 +179,16 @@ impl MotionFilter {
             return verdict.points.iter().map(|point| point.in_rig_m).collect();
         }
         verdict.points.iter().map(carried).collect()
+    }
+
+    /// The verdict's floor as the rig sees it at a moment.
+    fn floor_in_rig(&self, verdict: &Verdict, at: Stamp) -> Option<Floor> {
+        let then_from_now = verdict.map_from_rig.inverse() * self.map_from_rig(verdict, at);
+        verdict.floor_in_rig.map(|floor| floor.seen_from(&then_from_now))
+    }
+
+    fn map_from_rig(&self, verdict: &Verdict, at: Stamp) -> Isometry3<f64> {
+        rig_pose_at(&self.verdicts, at).unwrap_or(verdict.map_from_rig)
     }
 
     fn voxels_of(&self, points: &[Point3<f32>]) -> HashSet<VoxelKey, BuildVoxelHasher> {

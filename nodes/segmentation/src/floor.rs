@@ -1,6 +1,6 @@
 //! The floor: the lowest horizontal plane, so that feet are cut from it.
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 /// The layers in which the lowest plane is looked for are so high.
 const LAYER_M: f64 = 0.02;
@@ -19,22 +19,35 @@ const MAX_SLOPE: f64 = 0.15;
 /// Rounds in which the plane is fitted to its own inliers; it moves no more after two.
 const FITS: usize = 3;
 
-/// The plane `z = along_x * x + along_y * y + height_m` in the map frame.
+/// The plane of the floor, in the frame of the points that it was found in: the map's, or another that sees it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Floor {
-    along_x: f64,
-    along_y: f64,
-    height_m: f64,
+    /// How the height above the floor grows along each axis.
+    up: Vector3<f64>,
+    /// The height of the frame's origin above the floor.
+    origin_m: f64,
 }
 
 impl Floor {
-    /// How high a point of the map is above the floor; negative below.
+    /// How high a point is above the floor, along the map's z axis; negative below.
     #[must_use]
-    pub fn height_above_m(&self, point_in_map: &Point3<f64>) -> f64 {
-        point_in_map.z
-            - self.along_x * point_in_map.x
-            - self.along_y * point_in_map.y
-            - self.height_m
+    pub fn height_above_m(&self, point: &Point3<f64>) -> f64 {
+        self.up.dot(&point.coords) + self.origin_m
+    }
+
+    /// How the height above the floor grows along a vector.
+    #[must_use]
+    pub fn along(&self, vector: &Vector3<f64>) -> f64 {
+        self.up.dot(vector)
+    }
+
+    /// The floor as another frame sees it.
+    #[must_use]
+    pub fn seen_from(&self, frame_from_other: &Isometry3<f64>) -> Self {
+        Self {
+            up: frame_from_other.rotation.inverse_transform_vector(&self.up),
+            origin_m: self.height_above_m(&frame_from_other.translation.vector.into()),
+        }
     }
 
     /// The floor under these points, or `None` where they show none.
@@ -48,14 +61,15 @@ impl Floor {
         // From the lowest up, the first height at which a window of twice the inliers' width is full.
         let mut from_m = *sorted_m.first()?;
         let may_be_below = (MAX_SHARE_BELOW * sorted_m.len() as f64) as usize;
-        loop {
+        let middle_m = loop {
             let below = sorted_m.partition_point(|&z_m| z_m < from_m);
             if below > may_be_below {
                 return None;
             }
             let within = sorted_m.partition_point(|&z_m| z_m <= from_m + 2.0 * INLIER_M) - below;
             if within >= MIN_POINTS {
-                break;
+                let layer_m = sorted_m.get(below..below + within)?;
+                break layer_m.iter().sum::<f64>() / within as f64;
             }
             // On to the next layer that holds anything new.
             let next_m = *sorted_m.get(below)?;
@@ -65,8 +79,8 @@ impl Floor {
                 return None;
             }
             from_m = higher_m;
-        }
-        let mut floor = Self { along_x: 0.0, along_y: 0.0, height_m: from_m + INLIER_M };
+        };
+        let mut floor = Self { up: Vector3::z(), origin_m: -middle_m };
         for _ in 0..FITS {
             floor = floor.fitted(points_in_map)?;
         }
@@ -105,9 +119,8 @@ impl Floor {
         let horizontal = scatter.fixed_view::<2, 2>(0, 0).into_owned();
         let slopes = horizontal.try_inverse()? * scatter.fixed_view::<2, 1>(0, 2);
         (slopes.norm() <= MAX_SLOPE).then(|| Self {
-            along_x: slopes.x,
-            along_y: slopes.y,
-            height_m: mean.z - slopes.dot(&mean.xy()),
+            up: Vector3::new(-slopes.x, -slopes.y, 1.0),
+            origin_m: slopes.dot(&mean.xy()) - mean.z,
         })
     }
 }
@@ -143,6 +156,26 @@ mod tests {
             let floor = Floor::of(&points).unwrap();
             let foot = Point3::new(3.0, 0.5, height_m + slope * 3.0 + 0.06);
             assert!((floor.height_above_m(&foot) - 0.06).abs() < 0.01);
+            // A rig that is tilted sees the foot as high.
+            let rig = Isometry3::new(Vector3::new(0.3, -0.2, 0.5), Vector3::new(0.2, 0.4, -0.1));
+            let in_rig = rig.inverse_transform_point(&foot);
+            let seen_m = floor.seen_from(&rig).height_above_m(&in_rig);
+            assert!((seen_m - floor.height_above_m(&foot)).abs() < 1e-12);
+        }
+    }
+
+    /// Regression: of a floor without any noise, as a simulator's camera sees it, all points were on the border of the first layer, and by
+    /// the rounding of its height beyond it.
+    #[test]
+    fn a_floor_without_noise_is_found_at_each_height() {
+        for step in 0..400 {
+            let height_m = -2.0 + 0.01 * f64::from(step);
+            let points: Vec<_> = patch(20..50, -15..15, 0.0, 0.0)
+                .into_iter()
+                .map(|point| Point3::new(point.x, point.y, height_m))
+                .collect();
+            let floor = Floor::of(&points).unwrap_or_else(|| panic!("none at {height_m} m"));
+            assert!(floor.height_above_m(&Point3::new(3.0, 0.0, height_m)).abs() < 1e-9);
         }
     }
 

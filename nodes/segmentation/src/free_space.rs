@@ -22,7 +22,7 @@ use crate::earlier_cycles::{EarlierCycles, StaticPoint};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
-use crate::seeds::seeds_of;
+use crate::seeds::{KnownOfPoints, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
 use crate::tracking::{CycleView, MIN_BIRTH_POINTS, MovingGroup, Tracker, TrackerOutput};
 use crate::view::View;
@@ -126,8 +126,14 @@ impl FreeSpaceSegmenter {
         let candidates = Candidates::new(&classes, &points.voxels);
         let expected = self.tracker.predict(stamp);
         let has_stopped = |point: usize| self.occupancy.cell(points.voxels[point]).has_stopped();
-        let of_points = (&classes[..], &has_stopped as &dyn Fn(usize) -> bool);
-        let seeds = seeds_of(&self.config, points, of_points, &candidates, &expected);
+        let continues_background =
+            |point: usize| self.continues_background(points.voxels[point], &classes, &candidates);
+        let known_of_points = KnownOfPoints {
+            classes: &classes,
+            has_stopped: &has_stopped,
+            continues_background: &continues_background,
+        };
+        let seeds = seeds_of(&self.config, points, known_of_points, &candidates, &expected);
         observe(Step::Angular);
 
         let mut groups = self.groups(points, &classes, &candidates, (&seeds, &moving_in_place));
@@ -187,7 +193,8 @@ impl FreeSpaceSegmenter {
             &objects_before,
         );
         observe(Step::Evidence);
-        Judged { is_dynamic, tracks, in_zone: seeds.in_zone, retracted_m }
+        let floor_in_rig = floor.map(|floor| floor.seen_from(&cycle.continuous_from_rig()));
+        Judged { is_dynamic, tracks, in_zone: seeds.in_zone, retracted_m, floor_in_rig }
     }
 
     /// What an object that was found in this cycle left in earlier ones, in the map; see [`crate::earlier_cycles`]. Of one that moves in

@@ -73,11 +73,19 @@ impl<'a> Candidates<'a> {
         Self { classes, voxels, by_voxel }
     }
 
-    /// The candidates in a voxel.
-    pub fn in_voxel(&self, voxel: &VoxelKey) -> impl Iterator<Item = usize> {
-        let first = self.by_voxel.partition_point(|(other, _)| other < voxel);
-        let of_it = self.by_voxel[first..].iter().take_while(move |(other, _)| other == voxel);
-        of_it.map(|(_, index)| *index)
+    /// The candidates in voxels up to so many steps away along each axis, with their voxels.
+    pub fn within(&self, voxel: VoxelKey, steps: i32) -> impl Iterator<Item = (VoxelKey, usize)> {
+        let beside = |value: i32, by: i32| value.saturating_add(by);
+        let columns = (-steps..=steps).flat_map(move |dx| (-steps..=steps).map(move |dy| (dx, dy)));
+        columns.flat_map(move |(dx, dy)| {
+            // Keys are sorted by x, then y, then z: a column along z is one stretch.
+            let (x, y) = (beside(voxel.x, dx), beside(voxel.y, dy));
+            let (low, high) = (beside(voxel.z, -steps), beside(voxel.z, steps));
+            let low = VoxelKey { x, y, z: low };
+            let first = self.by_voxel.partition_point(|(other, _)| *other < low);
+            let stretch = self.by_voxel[first..].iter().copied();
+            stretch.take_while(move |(other, _)| *other <= VoxelKey { x, y, z: high })
+        })
     }
 
     /// The connected groups of candidates that hold a seed: each in ascending order of the points, the
@@ -115,22 +123,12 @@ impl<'a> Candidates<'a> {
     }
 
     fn for_each_linked(&self, from: usize, mut visit: impl FnMut(usize)) {
-        let reach = self.classes[from].reach_voxels();
-        let VoxelKey { x, y, z } = self.voxels[from];
-        let beside = |value: i32, by: i32| value.saturating_add(by);
-        for dx in -reach..=reach {
-            for dy in -reach..=reach {
-                // Keys are sorted by x, then y, then z: a column along z is one stretch.
-                let at = |dz| VoxelKey { x: beside(x, dx), y: beside(y, dy), z: beside(z, dz) };
-                let (low, high) = (at(-reach), at(reach));
-                let first = self.by_voxel.partition_point(|(voxel, _)| *voxel < low);
-                for &(voxel, to) in self.by_voxel[first..].iter().take_while(|(v, _)| *v <= high) {
-                    let dz = voxel.z.saturating_sub(z);
-                    let apart = dx.abs().max(dy.abs()).max(dz.saturating_abs());
-                    if apart <= self.classes[to].reach_voxels() {
-                        visit(to);
-                    }
-                }
+        let (reach, voxel) = (self.classes[from].reach_voxels(), self.voxels[from]);
+        let apart = |a: i32, b: i32| a.saturating_sub(b).saturating_abs();
+        for (VoxelKey { x, y, z }, to) in self.within(voxel, reach) {
+            let apart = apart(x, voxel.x).max(apart(y, voxel.y)).max(apart(z, voxel.z));
+            if apart <= self.classes[to].reach_voxels() {
+                visit(to);
             }
         }
     }

@@ -3,7 +3,7 @@
 //! The reduced cloud has a point a voxel, and a voxel at the border of an object holds both the object and what is behind or
 //! below it: it is judged as a whole, by its mean. So
 //! 1. the pixels of the voxels that move are the object, and the mask grows from them to the object's edge: to neighbouring
-//!    pixels of continuous depth, as far as a voxel that was judged static may reach;
+//!    pixels of continuous depth, as far as a voxel that was judged static may reach, but not over the floor;
 //! 2. a margin is added, whatever the depths: a camera sees, at the edge of an object, depths between it and the background.
 //!
 //! So the mask may cover some background: the map sees that surface when the object has moved on. Pixels of an object that
@@ -21,12 +21,16 @@ use geometry::{
 use nalgebra::{Isometry3, Point3};
 use volume::DepthNoise;
 
+use crate::floor::Floor;
+
 /// The mask grows by so many edges of the reduction's voxels: a pixel of the voxel beside one that moves is no farther.
 const REACH_IN_EDGES: f64 = 2.0;
 /// Depths of one surface differ by so many standard deviations of the noise, ...
 const NOISE_SIGMAS: f32 = 4.0;
 /// ... and, from one pixel to the next, by what a slope of 75 degrees adds.
 const STEEPEST_SLOPE: f32 = 3.7;
+/// What is this high above the floor, and noise, may be floor: the plane is known so well, and soles are as thick.
+const SOLE_M: f32 = 0.02;
 /// Pixels added around the mask. Of 640 columns the mixed depths of structured light span one or two.
 const MARGIN_PX: usize = 2;
 
@@ -44,11 +48,13 @@ impl MovingPixels {
         Self { grid, noise: DepthNoise::default(), last_rays: None }
     }
 
-    /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do.
+    /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do, and the floor
+    /// is that which the rig sees.
     pub(crate) fn mask<'a>(
         &mut self,
         frame: &DepthFrame,
         rig_from_camera: &Isometry3<f64>,
+        floor_in_rig: Option<&Floor>,
         moving: impl Iterator<Item = &'a Point3<f32>> + Clone,
     ) -> Vec<bool> {
         let grid = self.grid;
@@ -69,7 +75,8 @@ impl MovingPixels {
         });
         let growth = Growth {
             depths_mm,
-            camera: frame.camera(),
+            rays: frame.rays(),
+            floor_in_camera: floor_in_rig.map(|floor| floor.seen_from(rig_from_camera)),
             noise: self.noise,
             reach_m: (REACH_IN_EDGES * grid.edge_m()) as f32,
         };
@@ -143,7 +150,8 @@ impl Bounds {
 /// How the mask grows.
 struct Growth<'a> {
     depths_mm: &'a [u16],
-    camera: &'a CameraModel,
+    rays: &'a RayTable,
+    floor_in_camera: Option<Floor>,
     noise: DepthNoise,
     reach_m: f32,
 }
@@ -151,8 +159,9 @@ struct Growth<'a> {
 impl Growth<'_> {
     /// Grows from the pixels of the object, a pixel to each side at a time.
     fn grow(&self, is_moving: &mut [bool]) {
-        let focal_px = self.camera.fx_px.max(self.camera.fy_px) as f32;
-        let width_px = self.camera.width_px;
+        let camera = self.rays.camera();
+        let focal_px = camera.fx_px.max(camera.fy_px) as f32;
+        let width_px = camera.width_px;
         let mut border = border_of(is_moving, width_px);
         let mut next = Vec::new();
         for grown_px in 0_u32.. {
@@ -174,7 +183,8 @@ impl Growth<'_> {
                 for beside in beside.into_iter().flatten() {
                     let Some(is_moving) = is_moving.get_mut(beside) else { continue };
                     let other_m = self.depth_m(beside);
-                    if !*is_moving && other_m > 0.0 && (other_m - depth_m).abs() <= joins_m {
+                    let is_of_surface = other_m > 0.0 && (other_m - depth_m).abs() <= joins_m;
+                    if !*is_moving && is_of_surface && !self.is_of_floor(beside, other_m) {
                         *is_moving = true;
                         next.push(beside as u32);
                     }
@@ -186,6 +196,21 @@ impl Growth<'_> {
             std::mem::swap(&mut border, &mut next);
             next.clear();
         }
+    }
+
+    /// Whether what a pixel shows, at this depth, may be floor.
+    fn is_of_floor(&self, pixel: usize, depth_m: f32) -> bool {
+        let width_px = self.rays.width_px().max(1);
+        let (Some(floor), Some(ray)) =
+            (&self.floor_in_camera, self.rays.ray(pixel % width_px, pixel / width_px))
+        else {
+            return false;
+        };
+        let in_camera_m = depth_m * ray.push(1.0);
+        let height_m = floor.height_above_m(&in_camera_m.cast().into()) as f32;
+        // Noise of the depth moves the point along its ray.
+        let per_depth = floor.along(&ray.push(1.0).cast()).abs() as f32;
+        height_m.abs() <= SOLE_M + NOISE_SIGMAS * self.noise.sigma_m(depth_m) * per_depth
     }
 
     /// 0 where nothing was measured.

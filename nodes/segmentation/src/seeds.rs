@@ -9,7 +9,7 @@ use crate::FreeSpaceConfig;
 use crate::angular::{azimuths_rad, points_in_zone};
 use crate::cycle_points::CyclePoints;
 use crate::growth::{Candidates, PointClass};
-use crate::tracking::Prediction;
+use crate::tracking::{MIN_BIRTH_POINTS, Prediction};
 
 /// Where nothing is known of the space around, points within this height above or below the scanner's plane are taken for
 /// what the beam hit: a hand's breadth of the camera's rows.
@@ -39,17 +39,28 @@ pub struct Seeds {
     pub in_zone: usize,
 }
 
+/// What is known of the places of a cycle's points.
+#[derive(Clone, Copy)]
+pub struct KnownOfPoints<'a> {
+    /// What each point is.
+    pub classes: &'a [PointClass],
+    /// Whether what is there has moved and stopped for good.
+    pub has_stopped: &'a dyn Fn(usize) -> bool,
+    /// Whether a surface that has been there for long goes on there.
+    pub continues_background: &'a dyn Fn(usize) -> bool,
+}
+
 /// The seeds of a cycle: by its zones, by the objects expected in it, and by the number of points that
-/// are connected in observed free space. Of the points it is known what they are, and whether what is there has moved and stopped for good.
+/// are connected in observed free space.
 #[must_use]
 pub fn seeds_of(
     config: &FreeSpaceConfig,
     points: &CyclePoints<'_>,
-    (classes, has_stopped): (&[PointClass], &dyn Fn(usize) -> bool),
+    known: KnownOfPoints<'_>,
     candidates: &Candidates<'_>,
     expected: &[Prediction],
 ) -> Seeds {
-    let cycle = points.cycle;
+    let (cycle, classes) = (points.cycle, known.classes);
     let azimuths_rad = azimuths_rad(&cycle.reduced_cloud.points_m, &cycle.zones);
     let mut is_seed = vec![false; classes.len()];
     let mut is_of_zone = vec![false; classes.len()];
@@ -59,7 +70,7 @@ pub fn seeds_of(
         for &point in &in_zone {
             is_in_zone[point] = true;
         }
-        if is_of_what_has_stopped(cycle, zone, &in_zone, has_stopped) {
+        if is_of_what_has_stopped(cycle, zone, &in_zone, known.has_stopped) {
             continue;
         }
         let beside = points_beside(&azimuths_rad, zone, &in_zone, classes);
@@ -70,7 +81,7 @@ pub fn seeds_of(
     }
     for expected in expected {
         let edge_m = cycle.setup.voxel_edge_m;
-        for point in seeds_of_object(expected, (&points.in_map, classes), candidates, edge_m) {
+        for point in seeds_of_object(expected, (&points.in_map, known), candidates, edge_m) {
             is_seed[point] = true;
         }
     }
@@ -86,37 +97,47 @@ pub fn seeds_of(
     Seeds { points, is_of_zone, in_zone }
 }
 
-/// The points of an object where it is expected: what was not there before; and, if it was seen in the last cycle, what stands as a
+/// The points of an object where it is expected: what was not there before, but for single points beside surfaces, whose noise is all around
+/// a large object; and, if it was seen in the last cycle, what stands as a
 /// whole in places of which nothing is known: a leg at the border of the image, whose body is hidden, has nothing to grow from, and
 /// stayed in the map, since a camera that turns away does not see behind it. A surface that goes on beyond the object is none of its
-/// parts: a wall that comes into view beside it. What an object uncovers is taken with it, until it goes on, or is found to stand there
-/// alone ([`crate::tracking`]).
+/// parts: a wall that comes into view beside it; nor is what continues a known surface, which furniture has hidden. What else an object
+/// uncovers is taken with it, until it goes on, or is found to stand there alone ([`crate::tracking`]).
 fn seeds_of_object(
     expected: &Prediction,
-    (points_in_map, classes): (&[Point3<f64>], &[PointClass]),
+    (points_in_map, known): (&[Point3<f64>], KnownOfPoints<'_>),
     candidates: &Candidates<'_>,
     voxel_edge_m: f64,
 ) -> Vec<usize> {
+    let classes = known.classes;
     let is_within = |point: usize, margin_in_edges: f64| {
         let half_m = expected.half_extent_m + Vector3::repeat(margin_in_edges * voxel_edge_m);
         (points_in_map[point] - expected.centre_m).abs() <= half_m
     };
     let is_unknown = |point: usize| classes[point] == PointClass::Unknown;
-    let (mut seeds, mut unknown) = (Vec::new(), Vec::new());
+    let (mut newly_occupied, mut unknown) = (Vec::new(), Vec::new());
     for point in (0..classes.len()).filter(|point| is_within(*point, SEEDS_WITHIN_EDGES)) {
         if classes[point].is_newly_occupied() {
-            seeds.push(point);
+            newly_occupied.push(point);
         } else if expected.was_seen && is_unknown(point) {
             unknown.push(point);
         }
     }
+    let mut groups =
+        candidates.grown_from(&newly_occupied, |point| classes[point].is_in_free_space());
+    groups.retain(|group| {
+        group.len() >= MIN_BIRTH_POINTS
+            || group.iter().any(|&point| classes[point].is_apart_from_surfaces())
+    });
+    let mut seeds = groups.concat();
     // As far as it takes to see that a group goes on: points of voxels that touch are less than two edges apart.
     let far_edges = PARTS_WITHIN_EDGES + 2.0;
     let groups =
         candidates.grown_from(&unknown, |point| is_unknown(point) && is_within(point, far_edges));
     let ends_there =
         |group: &Vec<usize>| group.iter().all(|point| is_within(*point, PARTS_WITHIN_EDGES));
-    seeds.extend(groups.into_iter().filter(ends_there).flatten());
+    let parts = groups.into_iter().filter(ends_there).flatten();
+    seeds.extend(parts.filter(|&point| !(known.continues_background)(point)));
     seeds
 }
 
@@ -218,6 +239,16 @@ mod tests {
         classes: &[PointClass],
         was_seen: bool,
     ) -> Vec<usize> {
+        seeds_beside_background(points_in_map, classes, was_seen, &[])
+    }
+
+    /// The same, where some points continue a known surface.
+    fn seeds_beside_background(
+        points_in_map: &[Point3<f64>],
+        classes: &[PointClass],
+        was_seen: bool,
+        continuing: &[usize],
+    ) -> Vec<usize> {
         let expected = Prediction {
             centre_m: Point3::new(3.0, 0.0, 0.9),
             half_extent_m: Vector3::new(0.2, 0.3, 0.9),
@@ -226,7 +257,12 @@ mod tests {
         let grid = VoxelGrid::new(EDGE_M).unwrap();
         let voxels: Vec<_> = points_in_map.iter().map(|point| grid.key(point)).collect();
         let candidates = Candidates::new(classes, &voxels);
-        seeds_of_object(&expected, (points_in_map, classes), &candidates, EDGE_M)
+        let known = KnownOfPoints {
+            classes,
+            has_stopped: &|_| false,
+            continues_background: &|point| continuing.contains(&point),
+        };
+        seeds_of_object(&expected, (points_in_map, known), &candidates, EDGE_M)
     }
 
     /// Regression: with poses that drift, a wall that came into view beside a person who was followed was taken for him, more of it in
@@ -247,6 +283,20 @@ mod tests {
         assert_eq!(of_length(20), [0]);
         assert_eq!(of_length(7), [0]);
         assert_eq!(of_length(6), [0, 1, 2, 3, 4, 5, 6]);
+    }
+
+    /// Regression: beside somebody who worked in a kitchen, patches of what furniture had hidden were taken for parts of him. While they
+    /// were, nothing was learned of them: they grew, to a tenth of the image. And single points of a shelf's noise were parts of a forklift before it.
+    #[test]
+    fn what_continues_a_known_surface_is_none_of_an_object() {
+        use PointClass::{InFreeSpace, InFreeSpaceBesideSurface, Unknown};
+        let points_in_map = [[3.0, 0.0, 0.9], [3.0, 0.2, 0.3], [3.0, 0.2, 0.38], [3.1, -0.2, 1.4]]
+            .map(Point3::from);
+        let classes = [InFreeSpace, Unknown, Unknown, InFreeSpaceBesideSurface];
+        let seeds =
+            |continuing| seeds_beside_background(&points_in_map, &classes, true, continuing);
+        assert_eq!(seeds(&[]), [0, 1, 2]);
+        assert_eq!(seeds(&[2]), [0, 1]);
     }
 
     /// Regression: a leg at the border of the image, apart from the body, stayed in the map.

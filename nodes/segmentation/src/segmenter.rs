@@ -11,6 +11,7 @@ use nalgebra::Point3;
 use volume::{OccupancyConfigError, ViewError};
 
 use crate::config::SegmentationConfig;
+use crate::floor::Floor;
 use crate::free_space::FreeSpaceSegmenter;
 use crate::moving_pixels::MovingPixels;
 use crate::two_stages::TwoStages;
@@ -56,6 +57,8 @@ pub struct Segmented {
     pub tracks: Vec<Track>,
     /// How many points each stage took.
     pub counts: SegmentationCounts,
+    /// The floor as the rig sees it, where one is known.
+    pub floor_in_rig: Option<Floor>,
 }
 
 /// A cycle that cannot be segmented.
@@ -112,6 +115,8 @@ pub struct Judged {
     pub in_zone: usize,
     /// As [`SegmentedCycle::retracted_m`].
     pub retracted_m: Vec<Point3<f32>>,
+    /// The floor as the rig sees it, where one is known.
+    pub floor_in_rig: Option<Floor>,
 }
 
 /// Cuts the moving objects out of each cycle's cloud (Rec-HV 3.3.3).
@@ -179,10 +184,11 @@ impl Segmenter {
         mut observe: impl FnMut(Step),
     ) -> Result<Segmented, SegmentationError> {
         check(cycle)?;
-        let Judged { is_dynamic, tracks, in_zone, retracted_m } = match &mut self.implementation {
+        let judged = match &mut self.implementation {
             Implementation::RecHv(two_stages) => two_stages.step(cycle, &mut observe),
             Implementation::FreeSpace(free_space) => free_space.step(cycle, &mut observe),
         };
+        let Judged { is_dynamic, tracks, in_zone, retracted_m, floor_in_rig } = judged;
 
         // Eq. 7: PCL_est = PCL_ze || PCL_Oe. Eq. 8: PCL_k = Mt_k * PCL_est.
         let static_cloud = part_of(&cycle.reduced_cloud, &is_dynamic, false)
@@ -194,7 +200,8 @@ impl Segmenter {
                 let frame = Arc::clone(frame);
                 let rig_from_camera = &cycle.setup.mounts.rig_from_camera;
                 let moving = dynamic_cloud.points_m.iter();
-                let is_moving = moving_pixels.mask(&frame, rig_from_camera, moving);
+                let is_moving =
+                    moving_pixels.mask(&frame, rig_from_camera, floor_in_rig.as_ref(), moving);
                 observe(Step::Mask);
                 Some(MaskedDepth::new(frame, is_moving)?)
             }
@@ -216,7 +223,7 @@ impl Segmenter {
             scan_rays: Arc::clone(&cycle.scan_rays),
             retracted_m,
         };
-        Ok(Segmented { cycle, tracks, counts })
+        Ok(Segmented { cycle, tracks, counts, floor_in_rig })
     }
 }
 

@@ -238,7 +238,7 @@ impl Stage {
             self.filter.take_verdict(Verdict::of(&cycle, &segmented));
             timer.end_of("filter");
         }
-        let Segmented { cycle, tracks, counts } = segmented;
+        let Segmented { cycle, tracks, counts, .. } = segmented;
         let cycle = Arc::new(cycle);
         self.segmented_cycles.publish_or_warn(Arc::clone(&cycle));
         let map = &cycle.static_cloud;

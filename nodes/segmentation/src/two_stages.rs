@@ -47,6 +47,7 @@ impl TwoStages {
             tracks: Vec::new(),
             in_zone: parts.iter().filter(|part| **part >= Part::InZone).count(),
             retracted_m: Vec::new(),
+            floor_in_rig: None,
         }
     }
 

@@ -84,6 +84,7 @@ fn verdict(seconds: f64, yaw_rad: f64) -> Verdict {
         mounts: RigMounts::default(),
         beams: Vec::new(),
         points: points.collect(),
+        floor_in_rig: None,
         depth: None,
     }
 }

@@ -4,6 +4,7 @@ use geometry::{DetectedCycle, MaskedDepth, MovingBeam, RigMounts, Stamp, Track};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::Segmented;
+use crate::floor::Floor;
 
 /// A point so far beside a track's box still belongs to it: the box is that of the means of voxels.
 const BESIDE_TRACK_M: f64 = 0.2;
@@ -22,6 +23,8 @@ pub struct Verdict {
     pub(super) beams: Vec<MovingBeam>,
     /// The points of the reduced cloud that move.
     pub(super) points: Vec<MovingPoint>,
+    /// The floor as the rig saw it, where one is known.
+    pub(super) floor_in_rig: Option<Floor>,
     /// The mask on the cycle's own image, where there is one.
     pub(super) depth: Option<MaskedDepth>,
 }
@@ -52,6 +55,7 @@ impl Verdict {
             mounts: cycle.setup.mounts,
             beams: detected.moving_beams.clone(),
             points: cycle.dynamic_cloud.points_m.iter().map(moving).collect(),
+            floor_in_rig: segmented.floor_in_rig,
             depth: cycle.depth.clone(),
         }
     }

@@ -2,14 +2,20 @@
 
 use std::collections::HashMap;
 
+use geometry::VoxelKey;
 use nalgebra::Point3;
 
 use super::FreeSpaceSegmenter;
+use super::classes::Known;
 use crate::FreeSpaceConfig;
 use crate::cycle_points::CyclePoints;
+use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::seeds::Seeds;
 use crate::tracking::MovingGroup;
+
+/// A limb is so many voxels of the thesis thick.
+const LIMB_VOXELS: i32 = 2;
 
 impl FreeSpaceSegmenter {
     /// Grows the objects from their seeds. In observed free space they grow without bound; elsewhere only by what may be a part of a body
@@ -21,9 +27,9 @@ impl FreeSpaceSegmenter {
         candidates: &Candidates<'_>,
         (seeds, moving_in_place): (&Seeds, &[usize]),
     ) -> Vec<MovingGroup> {
-        let parts = self.parts_beside(points, classes, candidates, &seeds.points);
+        let is_part = self.parts_beside(points, classes, candidates, &seeds.points);
         candidates
-            .grown_from(&seeds.points, |index| classes[index].is_in_free_space() || parts[index])
+            .grown_from(&seeds.points, |index| classes[index].is_in_free_space() || is_part[index])
             .into_iter()
             .map(|group| {
                 let is_alone = |point: &&usize| classes[**point].is_apart_from_surfaces();
@@ -44,9 +50,31 @@ impl FreeSpaceSegmenter {
             .collect()
     }
 
+    /// Whether a point is of a surface other than the floor, on which feet stand, that has been there for long: it is in its voxel or
+    /// beside it, and nothing that was not there before is as near as a limb. One who has been in view from the beginning is background himself
+    /// until he moves, and what of him then comes to light is his.
+    pub(super) fn continues_background(
+        &self,
+        voxel: VoxelKey,
+        classes: &[PointClass],
+        candidates: &Candidates<'_>,
+    ) -> bool {
+        let edge_m = self.grid.edge_m();
+        let is_of_floor = |voxel: VoxelKey| {
+            let is_low = |floor: Floor| floor.height_above_m(&self.grid.middle_m(voxel)) <= edge_m;
+            self.floor.is_some_and(is_low)
+        };
+        let is_background = |voxel: VoxelKey| {
+            self.known(self.occupancy.place(voxel)) == Known::Background && !is_of_floor(voxel)
+        };
+        let mut near = candidates.within(voxel, LIMB_VOXELS);
+        voxel.with_neighbours().any(is_background)
+            && !near.any(|(_, point)| classes[point].is_newly_occupied())
+    }
+
     /// Which points outside observed free space may be parts of the bodies with these seeds: all that is within a body's reach, but for surfaces in places of which
-    /// nothing is known that go on beyond it. Furniture that comes into view beside a person, or the points of a wall between two layers
-    /// of voxels, are none of him.
+    /// nothing is known that go on beyond it, or into a known surface. Furniture that comes into view beside a person, what it has hidden
+    /// so far, or the points of a wall between two layers of voxels, are none of him.
     fn parts_beside(
         &self,
         points: &CyclePoints<'_>,
@@ -59,18 +87,22 @@ impl FreeSpaceSegmenter {
             self.floor
                 .is_none_or(|floor| floor.height_above_m(point) <= self.config.max_object_height_m)
         };
-        let in_reach = points.in_map.iter().zip(classes).map(|(point, class)| {
-            let asks = *class != PointClass::Background && !class.is_in_free_space();
+        let is_unknown = |point: usize| classes[point] == PointClass::Unknown;
+        let in_reach = points.in_map.iter().enumerate().map(|(index, point)| {
+            let asks = is_unknown(index) || classes[index] == PointClass::SeenEmpty;
             asks && is_low_enough(point) && near.has(point)
         });
         let mut is_part: Vec<bool> = in_reach.collect();
-        let is_unknown = |point: usize| classes[point] == PointClass::Unknown;
         let unknown: Vec<usize> =
             (0..classes.len()).filter(|&point| is_part[point] && is_unknown(point)).collect();
         for surface in candidates.grown_from(&unknown, is_unknown) {
             if surface.iter().any(|&point| !is_part[point]) {
                 surface.into_iter().for_each(|point| is_part[point] = false);
             }
+        }
+        for point in unknown {
+            let voxel = points.voxels[point];
+            is_part[point] &= !self.continues_background(voxel, classes, candidates);
         }
         is_part
     }
