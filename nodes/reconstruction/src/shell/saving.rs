@@ -109,7 +109,8 @@ impl<'a> Saving<'a> {
     /// Begins to save a changed map, once in a period.
     pub(super) fn look(&mut self, stage: &mut Stage, now: Instant) {
         let is_due = now.saturating_duration_since(self.last) >= self.period;
-        if is_due && stage.unsaved.is_changed && self.has_file() && self.is_idle() {
+        let is_changed = stage.unsaved.is_changed && !self.would_be_the_first_and_empty(stage);
+        if is_due && is_changed && self.has_file() && self.is_idle() {
             self.begin(stage, None);
         }
     }
@@ -151,6 +152,11 @@ impl<'a> Saving<'a> {
         }
     }
 
+    /// Whether nothing was mapped, and there is no map in the file either: a file without a point would be the next start's former map.
+    fn would_be_the_first_and_empty(&self, stage: &Stage) -> bool {
+        stage.map.is_empty() && self.file().is_none_or(|file| !file.exists())
+    }
+
     /// Saves the map before it is dropped, if it has changed or there is no file yet. Returns what was done.
     ///
     /// # Errors
@@ -167,6 +173,10 @@ impl<'a> Saving<'a> {
             || self.grid_file.as_ref().is_some_and(|file| !file.path().exists())
             || self.mesh_file.as_ref().is_some_and(|file| !file.path().exists());
         if !(is_missing || self.has_file() && stage.unsaved.is_changed) {
+            return Ok(None);
+        }
+        if self.would_be_the_first_and_empty(stage) {
+            tracing::info!("nothing was mapped: no map is saved");
             return Ok(None);
         }
         let job = self.prepare(stage, false)?;

@@ -1,11 +1,15 @@
 //! Saving of the map, and loading at the next start.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use super::*;
 use crate::shell::map_file::{MapFile, Snapshot};
 use crate::surface_map::tests::scene;
 use crate::{Map, StaticMap};
+
+/// Longer than any period of saving.
+const FOREVER: Duration = Duration::from_secs(1 << 20);
 
 #[test]
 fn a_file_that_cannot_be_saved_is_an_error_at_the_start() {
@@ -206,6 +210,23 @@ async fn a_map_is_continued_after_each_start_and_an_unchanged_one_is_not_written
     third.take("robot/map", 6..7);
     third.save().await.unwrap();
     assert_eq!(starts.points(), (7, vec![4]), "one version for each start");
+}
+
+/// Regression: a start without sensors left a map of 0 points, which the next start kept as a former version.
+#[tokio::test]
+async fn a_start_without_sensors_leaves_no_file() {
+    let starts = Starts::new("blind");
+    let mut blind = starts.start().unwrap();
+    assert_eq!(blind.save().await, None);
+    blind.stage.reset();
+    blind.saving.look(&mut blind.stage, tokio::time::Instant::now() + FOREVER);
+    assert!(blind.saving.is_idle(), "nor while it runs");
+    assert_eq!(blind.save().await, None);
+    assert!(!starts.path().exists());
+    let mut next = starts.start().unwrap();
+    next.take("map", 0..3);
+    next.save().await.unwrap();
+    assert_eq!(starts.points(), (3, vec![]), "and no version");
 }
 
 #[tokio::test]
