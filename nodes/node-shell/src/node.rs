@@ -92,6 +92,10 @@ impl Node {
         self.switches
     }
 
+    pub(crate) fn host(&self) -> &Host {
+        &self.host
+    }
+
     /// None where the host is on no network.
     pub(crate) fn network(&self) -> Option<&Network> {
         self.network.as_ref()

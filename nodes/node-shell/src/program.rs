@@ -6,10 +6,12 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use crate::node::Node;
+use crate::node::host::Host;
 use crate::process::failure::NodeFailure;
 use crate::settings::arguments::RosArguments;
 use crate::settings::parameters::{self, NodeParameters};
 use crate::wire::error::ShellError;
+use crate::wire::transport::Transport;
 
 /// Threads of a node's runtime: one to receive while the other one computes.
 const THREADS: usize = 2;
@@ -82,7 +84,8 @@ impl Program {
             .build()
             .map_err(ShellError::Process)?;
         runtime.block_on(async {
-            let node = Node::start(self.name, &arguments)?;
+            let transport = Transport::from_environment().map_err(ShellError::from)?;
+            let node = Host::on(transport)?.started_again().node(self.name, &arguments)?;
             let result = body(&node, parameters).await;
             let shutdown = node.shutdown_signal();
             node.close().await;

@@ -187,7 +187,7 @@ impl Nodes {
         parameters: SuiteParameters,
         (view, foxglove): (Option<LiveView>, Option<FoxgloveServer>),
     ) -> Result<Self, ShellError> {
-        let host = Host::on(Transport::from_environment()?)?;
+        let host = Host::on(Transport::from_environment()?)?.started_again();
         let node = |stage: Stage| {
             let _named = span(stage).entered();
             host.node(stage.name(), arguments)

@@ -10,4 +10,5 @@ mod coming_and_going;
 mod discovery;
 mod hostile;
 mod loss;
+mod other_addresses;
 mod reach;

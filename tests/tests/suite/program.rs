@@ -123,7 +123,7 @@ impl Running {
         (running, said)
     }
 
-    fn spawn(program: &mut Command) -> Self {
+    pub(crate) fn spawn(program: &mut Command) -> Self {
         let child = program.stdin(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
         Self { child }
     }

@@ -15,7 +15,7 @@ use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
 #[cfg(feature = "zenoh")]
 use crate::wire::rmw_zenoh::session::Session;
-use crate::wire::transport::Transport;
+use crate::wire::transport::{NetworkWatch, Transport};
 
 /// Lets the other tasks of the runtime run before a node goes on: to be awaited after each step that publishes. The peer that a
 /// message wakes is next on this thread, and no other thread may take it from there: a node that always has input would keep it
@@ -36,6 +36,8 @@ pub struct Host {
     exchange: Arc<Exchange>,
     siblings: Siblings,
     shutdown: Shutdown,
+    networks: NetworkWatch,
+    is_started_again: bool,
     max_waiting_cycles: usize,
     /// Of all nodes, where the transport is Zenoh; open as long as one of them is.
     #[cfg(feature = "zenoh")]
@@ -56,10 +58,12 @@ impl Host {
         if let Some(bytes) = ceiling {
             memory::keep_below(bytes, &shutdown).map_err(ShellError::Process)?;
         }
+        let networks = NetworkWatch::start(&transport, &shutdown).map_err(ShellError::Process)?;
         let wanted = std::env::var(waiting_cycles::VARIABLE).ok();
         let max_waiting_cycles =
             waiting_cycles::parse(wanted.as_deref()).map_err(ShellError::Setting)?;
-        Ok(Self { transport: Some(transport), shutdown, max_waiting_cycles, ..Self::in_process() })
+        let transport = Some(transport);
+        Ok(Self { transport, shutdown, networks, max_waiting_cycles, ..Self::in_process() })
     }
 
     /// A host on no network: its nodes are connected only to each other. It needs no runtime, takes no signals, and
@@ -71,6 +75,8 @@ impl Host {
             exchange: Arc::new(Exchange::new()),
             siblings: Siblings::default(),
             shutdown: Shutdown::new(),
+            networks: NetworkWatch::default(),
+            is_started_again: false,
             max_waiting_cycles: waiting_cycles::EVERY,
             #[cfg(feature = "zenoh")]
             session: Arc::default(),
@@ -105,6 +111,22 @@ impl Host {
     #[must_use]
     pub fn with_max_waiting_cycles(self, max_waiting_cycles: usize) -> Self {
         Self { max_waiting_cycles: max_waiting_cycles.max(1), ..self }
+    }
+
+    /// The same, of a process that serves a robot and is started again where it fails: once the network has changed, and a node hears
+    /// nothing for it, the process ends so.
+    #[must_use]
+    pub fn started_again(self) -> Self {
+        Self { is_started_again: true, ..self }
+    }
+
+    pub(crate) fn is_started_again(&self) -> bool {
+        self.is_started_again
+    }
+
+    /// How the machine's networks differ from those that the nodes have joined.
+    pub(crate) fn networks(&self) -> &NetworkWatch {
+        &self.networks
     }
 
     /// Whether the process is to end; all nodes of the host share it.

@@ -1,6 +1,7 @@
 //! The node's report about itself on `/diagnostics`: once a second, and at once when a peer comes or
 //! goes; with the problems, and the fix of each.
 
+mod deafness;
 mod findings;
 mod loss;
 mod missing;
@@ -13,6 +14,7 @@ use msgs::std_msgs::Header;
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use deafness::Deafness;
 use findings::{Findings, Silent, missing, silent};
 use loss::LossWatch;
 use missing::MissingWarning;
@@ -23,7 +25,8 @@ use crate::graph::{Graph, Match, Role};
 use crate::node::clock::NodeClock;
 use crate::node::life::{Life, LifecycleState};
 use crate::process::memory::resident_bytes;
-use crate::wire::transport::ReceiveHealth;
+use crate::process::shutdown::Shutdown;
+use crate::wire::transport::{NetworkWatch, ReceiveHealth};
 
 /// How often the node reports.
 const PERIOD: Duration = Duration::from_secs(1);
@@ -39,6 +42,9 @@ pub(crate) struct Diagnostics {
     pub(crate) life: Life,
     /// None where there are no datagrams.
     pub(crate) health: Option<Arc<ReceiveHealth>>,
+    pub(crate) networks: NetworkWatch,
+    /// To end a process that hears nothing since its network has changed; `None` where nobody starts it again.
+    pub(crate) started_again: Option<Shutdown>,
     /// Gets each report, too.
     pub(crate) last: watch::Sender<Option<Arc<DiagnosticStatus>>>,
 }
@@ -52,6 +58,7 @@ impl Diagnostics {
         let mut losses = self.health.clone().map(LossWatch::new);
         let mut missing_warning = MissingWarning::default();
         let mut silent_warning = MissingWarning::default();
+        let mut deafness = Deafness::default();
         loop {
             let reported = Instant::now();
             changes.mark_unchanged();
@@ -70,6 +77,7 @@ impl Diagnostics {
                 loss: loss.cloned(),
                 datagrams_dropped,
                 warnings: snapshot.warnings.clone(),
+                network: self.networks.change(),
             };
             let status = self.report(&matches, &findings, &snapshot, (&last.1, reported - last.0));
             self.last.send_replace(Some(Arc::new(status.clone())));
@@ -92,6 +100,13 @@ impl Diagnostics {
             if silent_warning.is_due(&ceased, reported) {
                 let texts: Vec<String> = findings.silent.iter().map(Silent::to_string).collect();
                 tracing::warn!("{}; its publisher has paused, stopped or died", texts.join(", "));
+            }
+
+            if let Some(shutdown) = &self.started_again
+                && let Some(reason) = deafness.is_lasting(&findings, snapshot.cycles, reported)
+            {
+                tracing::error!("{reason}");
+                shutdown.fail(reason);
             }
 
             last = (reported, snapshot);

@@ -44,6 +44,8 @@ impl Node {
             graph: self.graph().clone(),
             counters: self.counters(),
             clock: self.clock(),
+            networks: self.host().networks().clone(),
+            started_again: self.host().is_started_again().then(|| self.shutdown_signal()),
             last: self.report_sender(),
         };
         network.spawn(|stop| diagnostics.run(stop));

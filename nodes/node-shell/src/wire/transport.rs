@@ -14,6 +14,7 @@ mod join;
 mod library_threads;
 mod listening;
 mod multicast_bar;
+mod networks;
 mod ports;
 mod receiving;
 mod reception;
@@ -32,6 +33,7 @@ pub use in_use::InterfaceInUse;
 pub(crate) use interfaces::smallest_mtu_bytes;
 pub use join::Joined;
 pub(crate) use library_threads::{AtRest, LibraryThreads};
+pub(crate) use networks::{NetworkChange, NetworkWatch};
 
 use crate::wire::rmw_zenoh::settings::ZenohSettings;
 

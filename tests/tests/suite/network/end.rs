@@ -25,7 +25,7 @@ pub(crate) const BEFORE_THE_LEASE: Duration = Duration::from_secs(45);
 pub(crate) const RELIABLE: &str = "--reliable --depth 15000 --seconds 300";
 
 /// What the environment may tell a node of the transport. The test's own must not reach the ends.
-const VARIABLES: [&str; 7] = [
+pub(super) const VARIABLES: [&str; 7] = [
     "ROS_DOMAIN_ID",
     "ROS_LOCALHOST_ONLY",
     "ROS_AUTOMATIC_DISCOVERY_RANGE",

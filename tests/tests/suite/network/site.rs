@@ -144,6 +144,11 @@ impl Link {
     pub(crate) fn second_address(self) -> String {
         format!("10.77.{}.2", self.number)
     }
+
+    /// One that nobody has.
+    pub(crate) fn another_address(self) -> String {
+        format!("10.77.{}.3", self.number)
+    }
 }
 
 /// A network namespace.
@@ -187,6 +192,16 @@ impl Machine {
     pub(crate) fn set_up(&self, link: Link, is_up: bool) {
         let state = if is_up { "up" } else { "down" };
         self.configure(&format!("ip link set {} {state}", link.interface()));
+    }
+
+    /// Takes the addresses of an interface, as where a lease ends.
+    pub(crate) fn take_addresses(&self, link: Link) {
+        self.configure(&format!("ip address flush dev {}", link.interface()));
+    }
+
+    /// Gives an interface an address, as DHCP does.
+    pub(crate) fn give_address(&self, link: Link, address: &str) {
+        self.configure(&format!("ip address add {address}/24 dev {}", link.interface()));
     }
 
     /// Loses [`LOSS_PERCENT`] of what comes from the link's other machine, `other`, from now on.

@@ -8,6 +8,7 @@ use super::loss::Loss;
 use crate::endpoints::counters::Snapshot;
 use crate::graph::{Match, Role, Trouble};
 use crate::node::life::LifecycleState;
+use crate::wire::transport::NetworkChange;
 
 /// The problems of a node.
 pub(super) struct Findings<'a> {
@@ -25,6 +26,8 @@ pub(super) struct Findings<'a> {
     pub(super) datagrams_dropped: Option<u64>,
     /// The conditions of the node that are warnings.
     pub(super) warnings: Vec<String>,
+    /// How the machine's networks differ from those that the node has joined.
+    pub(super) network: NetworkChange,
 }
 
 impl Findings<'_> {
@@ -44,6 +47,9 @@ impl Findings<'_> {
         }
         if let Some(loss) = &self.loss {
             add(DiagnosticStatus::WARN, loss.to_string());
+        }
+        if !self.network.is_none() {
+            add(DiagnosticStatus::WARN, self.network.to_string());
         }
         for warning in &self.warnings {
             add(DiagnosticStatus::WARN, warning.clone());
@@ -150,6 +156,7 @@ mod tests {
             loss: None,
             datagrams_dropped: None,
             warnings: Vec::new(),
+            network: NetworkChange::default(),
         };
         assert_eq!(findings.summary(0), (DiagnosticStatus::OK, "running".to_owned()));
         findings.idle = Some(LifecycleState::Inactive);

@@ -11,6 +11,8 @@ pub(super) const VARIABLE: &str = "STILLMAP_INTERFACES";
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Interface {
     pub(crate) name: String,
+    /// The kernel's number of it: one that is plugged in again has another.
+    pub(crate) index: u32,
     pub(crate) addresses: Vec<Ipv4Addr>,
     pub(crate) multicast: bool,
 }
@@ -20,8 +22,9 @@ impl Interface {
         self.addresses.contains(&Ipv4Addr::LOCALHOST)
     }
 
-    fn is_named(&self, name: &str) -> bool {
-        self.name == name
+    /// Whether `name` means this address of it: by the interface's name, or as an address.
+    pub(super) fn is_meant(&self, address: Ipv4Addr, name: &str) -> bool {
+        self.name == name || name.parse() == Ok(address)
     }
 }
 
@@ -31,6 +34,7 @@ pub(crate) fn of_this_machine() -> Vec<Interface> {
         .into_iter()
         .map(|one| Interface {
             multicast: one.is_multicast(),
+            index: one.index,
             addresses: one.ipv4.iter().map(netdev::ipnet::Ipv4Net::addr).collect(),
             name: one.name,
         })
@@ -57,11 +61,10 @@ pub(crate) fn choose(
 ) -> Result<Vec<Ipv4Addr>, TransportError> {
     let mut chosen = Vec::new();
     for name in wanted {
-        let by_address: Option<Ipv4Addr> = name.parse().ok();
         let matching: Vec<_> = present
             .iter()
             .flat_map(|one| one.addresses.iter().map(move |address| (one, *address)))
-            .filter(|(one, address)| one.is_named(name) || by_address == Some(*address))
+            .filter(|(one, address)| one.is_meant(*address, name))
             .map(|(_, address)| address)
             .collect();
         if matching.is_empty() {
@@ -101,6 +104,7 @@ mod tests {
     fn machine() -> Vec<Interface> {
         let one = |name: &str, addresses: &[[u8; 4]], multicast| Interface {
             name: name.to_owned(),
+            index: 1,
             addresses: addresses.iter().map(|octets| Ipv4Addr::from(*octets)).collect(),
             multicast,
         };

@@ -7,6 +7,7 @@ use super::*;
 fn machine() -> Vec<Interface> {
     let one = |name: &str, octets: [u8; 4], multicast| Interface {
         name: name.to_owned(),
+        index: 1,
         addresses: vec![octets.into()],
         multicast,
     };
