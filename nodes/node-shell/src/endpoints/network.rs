@@ -143,7 +143,15 @@ impl Network {
                  only trusted hosts reach the node (SECURITY.md)"
             );
         }
-        tracing::info!("node {} on {transport}; receive buffer {granted}", identity.full_name());
+        let reach = transport.with_networks();
+        let name = identity.full_name();
+        if reach.is_cut_off() {
+            tracing::warn!(
+                "node {name} on {reach}, it hears no other process; receive buffer {granted}"
+            );
+        } else {
+            tracing::info!("node {name} on {reach}; receive buffer {granted}");
+        }
         let dds = Dds {
             granted,
             health,

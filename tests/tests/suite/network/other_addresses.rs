@@ -97,7 +97,7 @@ fn a_node_that_waits_is_started_again_when_a_network_comes() {
     let (driver, compute, link) = site.two_machines();
     compute.take_addresses(link);
     let node = Waiting::start(&compute, &[]);
-    node.wait_until_it_says("nothing publishes");
+    node.wait_until_it_says("of which there is this machine's own alone");
     compute.give_address(link, &link.second_address());
     let said = node.wait_until_it_is_to_be_started_again();
     assert!(said.contains(&format!("({}) has come", link.second_address())), "{said}");

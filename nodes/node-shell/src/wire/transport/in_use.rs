@@ -1,8 +1,10 @@
 //! Which network interfaces a transport uses, for diagnostics.
 
+use std::fmt;
 use std::net::Ipv4Addr;
 
-use super::{GrantedBuffer, Transport, TransportError, interfaces};
+use super::interfaces::Interface;
+use super::{DiscoveryRange, GrantedBuffer, Transport, TransportError, interfaces};
 use crate::wire::error::ShellError;
 
 /// A network interface that a transport uses.
@@ -51,6 +53,11 @@ impl Transport {
         Ok(in_use.collect())
     }
 
+    /// It in words, with what there is of the networks that it means.
+    pub(crate) fn with_networks(&self) -> TransportNow<'_> {
+        TransportNow { transport: self, present: interfaces::of_this_machine() }
+    }
+
     /// Whether other machines are looked for by their names or addresses.
     #[must_use]
     pub fn has_static_peers(&self) -> bool {
@@ -69,11 +76,37 @@ impl Transport {
     }
 }
 
+/// A transport, and the interfaces of the machine.
+pub(crate) struct TransportNow<'a> {
+    transport: &'a Transport,
+    present: Vec<Interface>,
+}
+
+impl TransportNow<'_> {
+    /// Whether a node on it is alone because no interface has an address.
+    pub(crate) fn is_cut_off(&self) -> bool {
+        self.transport.range() != DiscoveryRange::Off && self.present.is_empty()
+    }
+}
+
+impl fmt::Display for TransportNow<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.transport.fmt(formatter)?;
+        if self.is_cut_off() {
+            return formatter
+                .write_str(", of which there is none: no interface has an IPv4 address");
+        }
+        if self.transport.looks_out_in_vain(&self.present) {
+            return formatter.write_str(", of which there is this machine's own alone");
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use free_domain::FreeDomain;
 
-    use super::super::DiscoveryRange;
     use super::*;
 
     #[test]
@@ -88,6 +121,37 @@ mod tests {
         assert_eq!(loopback[0].addresses, [Ipv4Addr::LOCALHOST]);
         assert!(names(&all).starts_with(&names(&local)) || names(&all).len() > 1);
         assert!(names(&all.with_range(DiscoveryRange::Off)).is_empty());
+    }
+
+    /// Regression: nodes that hear nobody said "all networks".
+    #[test]
+    fn a_machine_without_networks_is_said_to_have_none() {
+        let words = |transport: &Transport, present: Vec<Interface>| {
+            TransportNow { transport, present }.to_string()
+        };
+        let interface = |name: &str, address: [u8; 4]| Interface {
+            name: name.to_owned(),
+            index: 1,
+            addresses: vec![address.into()],
+            multicast: true,
+        };
+        let (lo, eth) = (interface("lo", [127, 0, 0, 1]), interface("eth0", [10, 0, 0, 2]));
+        let all = Transport::on_domain(3).unwrap();
+        assert_eq!(words(&all, vec![lo.clone(), eth]), "domain 3, all networks");
+        assert_eq!(
+            words(&all, vec![lo.clone()]),
+            "domain 3, all networks, of which there is this machine's own alone"
+        );
+        let none = words(&all, vec![]);
+        assert!(
+            none.ends_with("of which there is none: no interface has an IPv4 address"),
+            "{none}"
+        );
+        let local = all.loopback_only();
+        assert_eq!(words(&local, vec![lo]), "domain 3, this machine only");
+        assert!(words(&local, vec![]).contains("no interface has an IPv4 address"));
+        let off = local.with_range(DiscoveryRange::Off);
+        assert_eq!(words(&off, vec![]), "domain 3, no other process");
     }
 
     #[test]

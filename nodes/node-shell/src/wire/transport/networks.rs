@@ -58,6 +58,11 @@ impl Transport {
         let is_loopback_only = self.plan(present).is_ok_and(|plan| plan.is_loopback_only());
         !self.is_zenoh() && may_look_out && !is_loopback_only
     }
+
+    /// Whether it looks for nodes of other machines, and no address leads to them.
+    pub(super) fn looks_out_in_vain(&self, present: &[Interface]) -> bool {
+        self.follows_addresses(present) && self.addresses(present).is_empty()
+    }
 }
 
 /// How the machine's networks differ from those that the process has joined.

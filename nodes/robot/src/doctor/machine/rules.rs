@@ -55,6 +55,13 @@ pub(super) fn interfaces(machine: &Machine) -> Vec<Finding> {
             "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET",
         )];
     }
+    if machine.interfaces.is_empty() {
+        return vec![Finding::error(
+            CHECK,
+            "no interface has an IPv4 address, so nodes find none, not even those of this machine",
+            "sudo ip link set lo up, and bring the network up",
+        )];
+    }
     let described: Vec<_> = machine
         .interfaces
         .iter()

@@ -123,6 +123,13 @@ fn missing_multicast_or_network_is_reported_with_the_fix() {
     }
     let lo = interface("lo", [127, 0, 0, 1], false);
     let no_multicast = interface("tun0", [10, 8, 0, 2], false);
+    let findings = with(vec![]);
+    assert_eq!(findings.len(), 1, "nothing is in use");
+    assert_finding(
+        &findings[0],
+        Severity::Error,
+        &["no interface has an IPv4 address", "set lo up"],
+    );
     let findings = with(vec![lo.clone()]);
     assert_finding(&findings[1], Severity::Warn, &["no interface in use leads to another machine"]);
     let findings = with(vec![lo.clone(), no_multicast.clone()]);
