@@ -86,7 +86,7 @@ pub use node::clock::{ClockJumps, NodeClock};
 pub use node::endpoints::RawType;
 pub use node::host::{Host, let_peers_run};
 pub use node::life::LifecycleState;
-pub use process::failure::NodeFailure;
+pub use process::failure::{EXIT_UNUSABLE, NodeFailure};
 pub use process::log;
 pub use process::panicked::{Panicked, caught};
 pub use process::shutdown::{Shutdown, ending_signals};

@@ -7,14 +7,44 @@ use std::process::ExitCode;
 
 use crate::node::Node;
 use crate::node::host::Host;
-use crate::process::failure::NodeFailure;
+use crate::process::failure::{EXIT_UNUSABLE, NodeFailure};
 use crate::settings::arguments::RosArguments;
-use crate::settings::parameters::{self, NodeParameters};
+use crate::settings::parameters::{self, NodeParameters, ParameterError};
 use crate::wire::error::ShellError;
 use crate::wire::transport::Transport;
 
 /// Threads of a node's runtime: one to receive while the other one computes.
 const THREADS: usize = 2;
+
+/// Why a program ends, and its exit code.
+struct Ended {
+    error: NodeFailure,
+    code: ExitCode,
+}
+
+impl Ended {
+    /// By what the program was given: only a file of parameters that is not there may be there at another start.
+    fn by_what_it_was_given(error: impl Into<NodeFailure>) -> Self {
+        let error = error.into();
+        Self { code: exit_code(ParameterError::is_for_good_in(&error)), error }
+    }
+}
+
+impl From<ShellError> for Ended {
+    fn from(error: ShellError) -> Self {
+        Self { code: exit_code(error.is_for_good()), error: error.into() }
+    }
+}
+
+impl From<NodeFailure> for Ended {
+    fn from(error: NodeFailure) -> Self {
+        Self { error, code: ExitCode::FAILURE }
+    }
+}
+
+fn exit_code(is_for_good: bool) -> ExitCode {
+    if is_for_good { ExitCode::from(EXIT_UNUSABLE) } else { ExitCode::FAILURE }
+}
 
 /// A node program.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +60,7 @@ pub struct Program {
 impl Program {
     /// Runs a node until its body returns. The body creates its endpoints and drops them at its end;
     /// it should return when [`Node::shutdown_signal`] is triggered. The exit code is 0 when it
-    /// returns without an error.
+    /// returns without an error, [`EXIT_UNUSABLE`] where arguments, parameters or settings cannot be used, and else 1.
     ///
     /// `P` is the struct of the node's parameters, handed to the body.
     pub fn run<P>(
@@ -43,10 +73,10 @@ impl Program {
     {
         match self.try_run(arguments, body) {
             Ok(()) => ExitCode::SUCCESS,
-            Err(error) => {
+            Err(Ended { error, code }) => {
                 // The process ends here; when even stderr is gone there is nowhere left to report.
                 let _ = writeln!(std::io::stderr(), "{}: {error}", self.name);
-                ExitCode::FAILURE
+                code
             }
         }
     }
@@ -55,7 +85,7 @@ impl Program {
         &self,
         arguments: impl IntoIterator<Item = String>,
         body: impl AsyncFnOnce(&Node, P) -> Result<(), NodeFailure>,
-    ) -> Result<(), NodeFailure>
+    ) -> Result<(), Ended>
     where
         P: NodeParameters,
     {
@@ -63,21 +93,21 @@ impl Program {
         match arguments.own.first().map(String::as_str) {
             None => {}
             Some("-h" | "--help") => {
-                writeln!(std::io::stdout(), "{}", self.help::<P>()?)?;
-                return Ok(());
+                let help = self.help::<P>().map_err(ShellError::from)?;
+                return writeln!(std::io::stdout(), "{help}")
+                    .map_err(|error| NodeFailure::from(error).into());
             }
             Some(other) => {
-                return Err(format!(
+                return Err(Ended::by_what_it_was_given(format!(
                     "unknown argument `{other}`; ROS arguments follow --ros-args, and --help \
                      shows them"
-                )
-                .into());
+                )));
             }
         }
         let identity = arguments.identity(self.name).map_err(ShellError::from)?;
         crate::process::log::start(&identity.logger_name(), &arguments.log, &arguments.outputs);
         arguments.warn_of_options_without_effect();
-        let parameters = arguments.parameters_of(self.name)?;
+        let parameters = arguments.parameters_of(self.name).map_err(Ended::by_what_it_was_given)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(THREADS)
             .enable_all()
@@ -89,10 +119,8 @@ impl Program {
             let result = body(&node, parameters).await;
             let shutdown = node.shutdown_signal();
             node.close().await;
-            match shutdown.failure() {
-                Some(reason) => result.and(Err(reason.into())),
-                None => result,
-            }
+            let failed = shutdown.failure().map_or(Ok(()), |reason| Err(reason.into()));
+            Ok(result.and(failed)?)
         })
     }
 

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::process::ExitCode;
 
+use node_shell::{EXIT_UNUSABLE, ShellError};
+
 /// The exit code of a job of whose input a part was lost.
 const EXIT_WITH_LOSSES: u8 = 3;
 /// The exit code of a job that was interrupted: 128 and the number of SIGINT, as shells have it.
@@ -14,12 +16,29 @@ pub struct Failure {
     what: String,
     fix: Option<String>,
     is_interruption: bool,
+    is_for_good: bool,
 }
 
 impl Failure {
     /// A failure that says what was wrong.
     pub fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), fix: None, is_interruption: false }
+        Self { what: what.into(), fix: None, is_interruption: false, is_for_good: false }
+    }
+
+    /// A node could not be had.
+    pub(crate) fn of_node(error: &ShellError) -> Self {
+        Self { is_for_good: error.is_for_good(), ..Self::new(error.to_string()) }
+    }
+
+    /// The same failure, of a command line, a parameter or a setting that cannot be used: another start would fail in the same way.
+    pub fn for_good(self) -> Self {
+        Self { is_for_good: true, ..self }
+    }
+
+    /// The exit code of the program.
+    #[must_use]
+    pub fn exit_code(&self) -> ExitCode {
+        if self.is_for_good { ExitCode::from(EXIT_UNUSABLE) } else { ExitCode::FAILURE }
     }
 
     /// A signal has ended the job before it had results.

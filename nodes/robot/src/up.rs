@@ -145,7 +145,7 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
     runtime.block_on(async {
         let viewers = (args.view.map(view::listen).transpose()?, args.foxglove.listen()?);
         let nodes = Nodes::start(&arguments, parameters, viewers)
-            .map_err(|error| Failure::new(error.to_string()))?;
+            .map_err(|error| Failure::of_node(&error))?;
         nodes.serve().await
     })
 }
@@ -160,8 +160,11 @@ fn rig(name: &str) -> Result<ParameterSource, Failure> {
         return Ok(ParameterSource::File(PathBuf::from(name)));
     }
     let presets: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
-    Err(Failure::new(format!("--rig {name} is no preset and no file"))
-        .fix(format!("presets are: {}", presets.join(", "))))
+    let failure = Failure::new(format!("--rig {name} is no preset and no file"))
+        .fix(format!("presets are: {}", presets.join(", ")));
+    // A file may be there at another start.
+    let is_path = Path::new(name).components().count() > 1;
+    Err(if is_path { failure } else { failure.for_good() })
 }
 
 /// All nodes of the suite, with their parameters.

@@ -19,7 +19,7 @@ use rustix::process::Signal;
     name = "stillmap",
     version,
     after_help = "Start with: stillmap demo; on a robot: stillmap up
-Exit codes: 0 done, 1 not done, 2 a command line that cannot be read, 3 done with losses (what there
+Exit codes: 0 done, 1 not done, 2 a command line, parameter or setting that cannot be used, 3 done with losses (what there
 is, is written), 130 interrupted (likewise). Nothing that is there is replaced without --overwrite."
 )]
 struct CommandLine {
@@ -117,7 +117,7 @@ fn parse(arguments: Vec<OsString>) -> Result<CommandLine, clap::Error> {
 
 fn fail(failure: &Failure) -> ExitCode {
     console::print_failure(failure);
-    ExitCode::FAILURE
+    failure.exit_code()
 }
 
 /// The arguments of this program, and the ROS arguments that follow them. A node takes its own whole.
@@ -130,7 +130,8 @@ fn split_ros_arguments(
     let ros = own.split_off(start.unwrap_or(own.len()));
     // A path may be no UTF-8, a ROS argument always is.
     let ros = ros.iter().map(|argument| argument.to_string_lossy().into_owned());
-    let mut ros = RosArguments::parse(ros).map_err(|error| Failure::new(error.to_string()))?;
+    let mut ros =
+        RosArguments::parse(ros).map_err(|error| Failure::new(error.to_string()).for_good())?;
     // What stands behind a `--` is the program's again.
     own.extend(std::mem::take(&mut ros.own).into_iter().map(OsString::from));
     Ok((own, ros))

@@ -147,7 +147,7 @@ const WRONG: [(&str, &str, i32); 21] = [
     ("odometry @small.mcap --of lidar --features lines -o @x", "are for a camera", 1),
     ("export @cloud.ply -o @out.las --edge 0.1", "--edge is of an octomap", 1),
     ("export @cloud.ply -o @out.las --heights 0.1 1", "--heights are of the occupancy grid", 1),
-    ("node reconstruction --ros-args -p map_file:=@words.txt", "must end in .ply", 1),
+    ("node reconstruction --ros-args -p map_file:=@words.txt", "must end in .ply", 2),
 ];
 
 #[test]

@@ -1,6 +1,7 @@
 //! The whole suite live in one process: pointers within, DDS to the sensors and to whom it concerns.
 
 use std::cell::Cell;
+use std::process::Command;
 use std::time::Duration;
 
 use msgs::geometry_msgs::PoseStamped;
@@ -214,6 +215,43 @@ async fn the_topics_of_a_live_graph_are_found_and_the_suite_starts_with_them() {
     node.close().await;
 }
 
+/// Regression: the service started a program with a wrong parameter again every 2 s, without end.
+#[test]
+fn what_another_start_cannot_mend_has_an_exit_code_of_its_own() {
+    let unit = include_str!("../../../config/systemd/stillmap.service");
+    assert!(unit.lines().any(|line| line == "RestartPreventExitStatus=2"));
+    let domain = ("ROS_DOMAIN_ID", "300");
+    let interface = ("STILLMAP_INTERFACES", "nowhere0");
+    let none = ("ROS_DOMAIN_ID", "0");
+    let file = ["--ros-args", "--params-file", "/nowhere/robot.yaml"];
+    for (command, variable, arguments, code) in [
+        (vec!["up"], none, ["--ros-args", "-p", "bogus:=1"].as_slice(), 2),
+        (vec!["node", "detection"], none, &["--ros-args", "-p", "bogus:=1"], 2),
+        (vec!["up"], none, &["--ros-args", "-x"], 2),
+        (vec!["node", "detection"], none, &["--ros-args", "-x"], 2),
+        (vec!["up"], domain, &[], 2),
+        (vec!["node", "detection"], domain, &[], 2),
+        // These may be there by then.
+        (vec!["up"], interface, &[], 1),
+        (vec!["node", "detection"], interface, &[], 1),
+        (vec!["up"], none, &file, 1),
+        (vec!["node", "detection"], none, &file, 1),
+    ] {
+        let program = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
+            .args(&command)
+            .args(arguments)
+            .env(variable.0, variable.1)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&program.stderr);
+        assert_eq!(
+            program.status.code(),
+            Some(code),
+            "{command:?} {arguments:?} {variable:?}: {said}"
+        );
+    }
+}
+
 #[test]
 fn mistakes_are_named_before_a_node_starts() {
     for (arguments, named) in [
@@ -246,7 +284,7 @@ fn mistakes_are_named_before_a_node_starts() {
     ] {
         let output = stillmap(&arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
         assert!(stderr.contains(named), "{arguments:?}: {stderr}");
         // A node that joins the network says so.
         assert!(!stderr.contains("on domain"), "{arguments:?}: {stderr}");

@@ -59,6 +59,25 @@ pub enum ShellError {
     Closed,
 }
 
+impl ShellError {
+    /// Whether another start would fail in the same way: the command line, a parameter or a setting cannot be used. A network that is not
+    /// there, or a file that cannot be read, may be there by then.
+    #[must_use]
+    pub fn is_for_good(&self) -> bool {
+        match self {
+            Self::Argument(_) | Self::Name(_) | Self::Setting(_) => true,
+            Self::Parameter(error) => error.is_for_good(),
+            Self::Transport(error) => error.is_for_good(),
+            Self::NoRuntime
+            | Self::Process(_)
+            | Self::Join { .. }
+            | Self::Zenoh(_)
+            | Self::Endpoint { .. }
+            | Self::Closed => false,
+        }
+    }
+}
+
 /// A message was not published.
 #[derive(Debug, thiserror::Error)]
 pub enum PublishError {

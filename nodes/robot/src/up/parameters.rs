@@ -80,8 +80,8 @@ impl SuiteParameters {
             &read.segmentation.config.pipeline,
             &read.reconstruction.config.pipeline,
         ];
-        check_agreement(detection, segmentation, reconstruction)?;
-        check_map_edge(map_edge_m, reconstruction)?;
+        check_agreement(detection, segmentation, reconstruction).map_err(Failure::for_good)?;
+        check_map_edge(map_edge_m, reconstruction).map_err(Failure::for_good)?;
         Ok(read)
     }
 }
@@ -102,7 +102,10 @@ impl Reader<'_> {
     ) -> Result<P, Failure> {
         let _named = span.entered();
         let arguments = self.for_one(own);
-        arguments.parameters_of(node).map_err(|error| Failure::new(format!("{node}: {error}")))
+        arguments.parameters_of(node).map_err(|error| {
+            let failure = Failure::new(format!("{node}: {error}"));
+            if ParameterError::is_for_good_in(&error) { failure.for_good() } else { failure }
+        })
     }
 
     /// The arguments for one node, without parameters that are given for no node in particular and that only other nodes have.
@@ -172,7 +175,8 @@ impl KnownNames {
                 continue;
             }
             let nearest = nearest_name(name, self.all.iter().map(String::as_str));
-            return Err(Failure::new(format!("no node has a parameter `{name}`")).fix(match nearest {
+            let failure = Failure::new(format!("no node has a parameter `{name}`")).for_good();
+            return Err(failure.fix(match nearest {
                 Some(nearest) => {
                     let of = self.by_node().into_iter().filter(|(_, names)| names.contains(nearest));
                     let nodes: Vec<&str> = of.map(|(node, _)| node).collect();
@@ -202,14 +206,16 @@ const NODES: [&str; 7] = [
 fn check_named_nodes(arguments: &RosArguments) -> Result<(), Failure> {
     let mut names: BTreeSet<String> = NODES.iter().map(|&name| name.to_owned()).collect();
     for name in NODES {
-        let identity = arguments.identity(name).map_err(|error| Failure::new(error.to_string()))?;
+        let identity =
+            arguments.identity(name).map_err(|error| Failure::new(error.to_string()).for_good())?;
         names.insert(identity.name().to_owned());
     }
     let Some(unknown) = arguments.named_nodes().find(|&name| !names.contains(name)) else {
         return Ok(());
     };
     let nearest = nearest_name(unknown, names.iter().map(String::as_str));
-    Err(Failure::new(format!("no node is called `{unknown}`")).fix(match nearest {
+    let failure = Failure::new(format!("no node is called `{unknown}`")).for_good();
+    Err(failure.fix(match nearest {
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None => format!("the nodes are: {}", NODES.join(", ")),
     }))

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::process::failure::NodeFailure;
+
 /// The place of a value.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum ValueOrigin {
@@ -28,6 +30,20 @@ impl fmt::Display for ValueOrigin {
             Self::CommandLine => formatter.write_str("on the command line"),
             Self::Service => formatter.write_str("in the request"),
         }
+    }
+}
+
+impl ParameterError {
+    /// Whether another start would fail in the same way. A file that cannot be read may be there by then, as on a disk that is mounted late.
+    #[must_use]
+    pub fn is_for_good(&self) -> bool {
+        !matches!(self, Self::Unreadable { .. })
+    }
+
+    /// The same of an error that reading parameters led to: only a file that is not there may pass.
+    #[must_use]
+    pub fn is_for_good_in(error: &NodeFailure) -> bool {
+        error.downcast_ref::<Self>().is_none_or(Self::is_for_good)
     }
 }
 

@@ -28,6 +28,11 @@ pub struct TransportError {
 }
 
 impl TransportError {
+    /// Whether another start would fail in the same way. An interface may be there by then.
+    pub(crate) fn is_for_good(&self) -> bool {
+        self.variable != super::interfaces::VARIABLE
+    }
+
     pub(crate) fn new(variable: &'static str, value: &str, accepted: &'static str) -> Self {
         Self { variable, value: value.to_owned(), accepted: Cow::Borrowed(accepted) }
     }
