@@ -58,6 +58,12 @@ impl Host {
         if let Some(bytes) = ceiling {
             memory::keep_below(bytes, &shutdown).map_err(ShellError::Process)?;
         }
+        if memory::is_unbounded(ceiling) {
+            tracing::warn!(
+                "the system does not report this process' memory (is /proc mounted?): it has no ceiling, and a crafted datagram or a map \
+                 without end can use up this machine's"
+            );
+        }
         let networks = NetworkWatch::start(&transport, &shutdown).map_err(ShellError::Process)?;
         let wanted = std::env::var(waiting_cycles::VARIABLE).ok();
         let max_waiting_cycles =

@@ -43,6 +43,16 @@ pub(crate) fn ceiling_bytes() -> Result<Option<u64>, String> {
     ceiling(std::env::var(VARIABLE).ok().as_deref(), &machine, &limits)
 }
 
+/// Whether there is to be a ceiling and can be none, since the system reports no memory (`/proc` is not mounted).
+pub(crate) fn is_unbounded(ceiling_bytes: Option<u64>) -> bool {
+    cannot_be_bounded(ceiling_bytes, resident_bytes(), std::env::var(VARIABLE).ok().as_deref())
+}
+
+fn cannot_be_bounded(ceiling: Option<u64>, resident: Option<u64>, wanted: Option<&str>) -> bool {
+    let is_wanted = wanted.is_none_or(|text| text.parse() != Ok(0_u64));
+    is_wanted && ceiling.and(resident).is_none()
+}
+
 /// The files with the limits of a process' control group and of the groups around it, by its `/proc/PID/cgroup` (cgroups(7)): systemd
 /// limits a unit's own group; that of a container is the root as seen from inside.
 fn limit_files(cgroup: &str) -> Vec<PathBuf> {
@@ -166,6 +176,15 @@ mod tests {
                 .unwrap_err()
                 .contains("STILLMAP_MEMORY_LIMIT_MIB=much")
         );
+    }
+
+    /// Regression: without `/proc` there was no ceiling, and nothing said so.
+    #[test]
+    fn a_ceiling_that_cannot_be_kept_is_known() {
+        assert!(cannot_be_bounded(None, None, None) && cannot_be_bounded(None, None, Some("")));
+        assert!(cannot_be_bounded(Some(300 << 20), None, Some("300")));
+        assert!(!cannot_be_bounded(Some(300 << 20), Some(1), Some("300")));
+        assert!(!cannot_be_bounded(None, Some(1), Some("0")), "none is wanted");
     }
 
     #[test]
