@@ -30,6 +30,8 @@ pub(super) struct Return {
     pub(super) range_m: f32,
     /// In the map's plane.
     pub(super) in_map_m: Point2<f64>,
+    /// In the map, above its plane.
+    pub(super) height_m: f64,
     /// In the rig frame of the cycle's pose.
     pub(super) in_rig_m: Point3<f64>,
     /// The error of its position in the map, in any direction.
@@ -37,6 +39,11 @@ pub(super) struct Return {
 }
 
 impl Return {
+    /// Its place in the map.
+    pub(super) fn place_m(&self) -> Point3<f64> {
+        Point3::new(self.in_map_m.x, self.in_map_m.y, self.height_m)
+    }
+
     /// Its distance from the rig's z axis.
     pub(super) fn distance_m(&self) -> f64 {
         self.in_rig_m.x.hypot(self.in_rig_m.y)
@@ -50,16 +57,28 @@ pub(super) struct DeskewedBeam {
     pub(super) azimuth_rad: f64,
     /// Where it starts in the map's plane.
     pub(super) origin_m: Point2<f64>,
+    /// Where it starts above the map's plane.
+    pub(super) origin_height_m: f64,
     /// Where it starts, in the rig frame of the cycle's pose.
     pub(super) origin_in_rig_m: Point3<f64>,
     /// Its direction in the map's plane, of length 1 for a level scanner.
     pub(super) direction: Vector2<f64>,
+    /// By how much it rises over a metre of range; 0 for a level scanner.
+    pub(super) rise: f64,
     /// Its return; `None` if it has none, which is no observation.
     pub(super) hit: Option<Return>,
     /// The error of its direction, without the noise of the range.
     pub(super) bearing_error_rad: f64,
     /// The error of its origin.
     pub(super) origin_error_m: f64,
+}
+
+impl DeskewedBeam {
+    /// The place of the map at a range along it.
+    pub(super) fn at_m(&self, range_m: f64) -> Point3<f64> {
+        let in_plane_m = self.origin_m + self.direction * range_m;
+        Point3::new(in_plane_m.x, in_plane_m.y, self.origin_height_m + self.rise * range_m)
+    }
 }
 
 /// All beams of one scan, by their azimuths in the rig frame.
@@ -112,12 +131,14 @@ impl DeskewedScan {
             let hit = beam.range_m.map(|range_m| {
                 let far_m = f64::from(range_m);
                 let in_rig_m = rig_from_beam * Point3::new(far_m * cos, far_m * sin, 0.0);
+                let in_map_m = map_from_rig * in_rig_m;
                 let noise_m = config.range_noise_m.hypot(config.range_noise_ratio * far_m);
                 let aside_m = UNIFORM_STEP * step_rad * far_m;
                 Return {
                     range_m,
                     in_rig_m,
-                    in_map_m: (map_from_rig * in_rig_m).xy(),
+                    in_map_m: in_map_m.xy(),
+                    height_m: in_map_m.z,
                     error_m: SIGMAS * noise_m.hypot(aside_m)
                         + bearing_error_rad * far_m
                         + origin_error_m,
@@ -126,8 +147,10 @@ impl DeskewedScan {
             DeskewedBeam {
                 azimuth_rad: beam.azimuth_rad,
                 origin_m: Point2::from(map_from_beam.translation.vector.xy()),
+                origin_height_m: map_from_beam.translation.z,
                 origin_in_rig_m: Point3::from(rig_from_beam.translation.vector),
                 direction: direction.xy(),
+                rise: direction.z,
                 hit,
                 bearing_error_rad,
                 origin_error_m,

@@ -3,7 +3,7 @@
 
 mod grid;
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 use volume::{Cell, SAMPLES_PER_CELL, WIDEST_GAP_M};
 
 use super::clearance::clear_distances_m;
@@ -89,7 +89,8 @@ impl EvidenceGrid {
         if f64::from(hit.range_m) > self.reach_m {
             return ReturnClass::Ambiguous;
         }
-        let center = self.grid.cell(self.grid.key_of(&hit.in_map_m), now_ms);
+        let key = self.grid.key_of(&hit.in_map_m);
+        let center = self.grid.cell_at_height(key, hit.height_m, now_ms);
         let radius_m = hit.error_m + 0.5 * self.grid.edge_m();
         let hits = self.hits_around(&hit.in_map_m, radius_m, now_ms).sum();
         let background_rate = background_rate(hits, center.passes());
@@ -177,8 +178,7 @@ impl EvidenceGrid {
     fn take_hits(&mut self, scan: &DeskewedScan, labels: &[ReturnLabel], now_ms: u32) {
         for (index, beam) in scan.beams.iter().enumerate() {
             let Some(hit) = &beam.hit else { continue };
-            let key = self.grid.key_of(&hit.in_map_m);
-            if let Some(cell) = self.grid.cell_mut(key, now_ms) {
+            if let Some(cell) = self.grid.cell_mut(&hit.place_m(), now_ms) {
                 match labels[index] {
                     ReturnLabel::Moving => {
                         let since_ms = cell.hold_moving(now_ms);
@@ -198,20 +198,19 @@ impl EvidenceGrid {
                 && labels[next] == ReturnLabel::Background
                 && scan.is_one_surface(hit, next_hit)
             {
-                self.hit_between(&hit.in_map_m, &next_hit.in_map_m, now_ms);
+                self.hit_between(&hit.place_m(), &next_hit.place_m(), now_ms);
             }
         }
     }
 
-    fn hit_between(&mut self, from_m: &Point2<f64>, to_m: &Point2<f64>, now_ms: u32) {
+    fn hit_between(&mut self, from_m: &Point3<f64>, to_m: &Point3<f64>, now_ms: u32) {
         let offset_m = to_m - from_m;
-        let samples = (offset_m.norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
+        let samples = (offset_m.xy().norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
             .min(MOST_CELLS_BETWEEN)
             .floor();
         for sample in 1..=samples as u32 {
             let point_m = from_m + offset_m * (f64::from(sample) / (samples + 1.0));
-            let key = self.grid.key_of(&point_m);
-            if let Some(cell) = self.grid.cell_mut(key, now_ms) {
+            if let Some(cell) = self.grid.cell_mut(&point_m, now_ms) {
                 cell.hit(now_ms);
             }
         }
@@ -236,13 +235,12 @@ impl EvidenceGrid {
         let far_m = far_m.min(WIDEST_GAP_M / spread);
         for ring in 0..(far_m / sample_m) as u32 {
             let along_m = f64::from(ring) * sample_m;
-            let from_m = right.origin_m + right.direction * along_m;
-            let offset_m = (left.origin_m + left.direction * along_m) - from_m;
+            let from_m = right.at_m(along_m);
+            let offset_m = left.at_m(along_m) - from_m;
             let samples = (spread * along_m / sample_m).ceil().max(1.0);
             for sample in 0..samples as u32 {
                 let point_m = from_m + offset_m * (f64::from(sample) / samples);
-                let key = self.grid.key_of(&point_m);
-                if let Some(cell) = self.grid.cell_mut(key, now_ms) {
+                if let Some(cell) = self.grid.cell_mut(&point_m, now_ms) {
                     cell.pass(now_ms);
                 }
             }

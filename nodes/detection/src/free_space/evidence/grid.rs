@@ -1,10 +1,14 @@
 //! Square cells of the map's plane around the platform, in a window that moves with it.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 use volume::Cell;
 
 /// A cell's place in the map's plane, in cells from the origin.
 pub(super) type CellKey = [i64; 2];
+
+/// That a cell is free is known of one height: this much higher or lower there may be a table. Beams of a platform that pitches by 3
+/// degrees are as far from level at 2 m.
+const LEVEL_M: f64 = 0.1;
 
 /// The cells of a square window. A cell of the map has one place in memory, whatever the window; the
 /// cells that come into the window take the places of those that leave it.
@@ -20,6 +24,8 @@ pub(super) struct RollingGrid {
     /// Evidence that was not renewed for this long is forgotten.
     memory_ms: u32,
     cells: Vec<Cell>,
+    /// At which height each cell was seen last, in the map.
+    heights_m: Vec<f32>,
 }
 
 impl RollingGrid {
@@ -33,6 +39,7 @@ impl RollingGrid {
             corner_place: [0, 0],
             memory_ms,
             cells: vec![Cell::default(); side * side],
+            heights_m: vec![0.0; side * side],
         }
     }
 
@@ -105,13 +112,30 @@ impl RollingGrid {
         cell
     }
 
-    /// The evidence on a cell of the window, to be renewed.
+    /// The same, where the cell was seen last at this height; none where it was at another one.
     #[inline]
-    pub(super) fn cell_mut(&mut self, key: CellKey, now_ms: u32) -> Option<&mut Cell> {
-        let place = self.place(key)?;
+    pub(super) fn cell_at_height(&self, key: CellKey, height_m: f64, now_ms: u32) -> Cell {
+        let is_level = self.place(key).is_some_and(|place| self.is_level(place, height_m));
+        if is_level { self.cell(key, now_ms) } else { Cell::default() }
+    }
+
+    /// The evidence on the cell of a place in the window, to be renewed. That it was free at another height
+    /// is forgotten; background stays background.
+    #[inline]
+    pub(super) fn cell_mut(&mut self, place_m: &Point3<f64>, now_ms: u32) -> Option<&mut Cell> {
+        let place = self.place(self.key_of(&place_m.xy()))?;
+        if !self.is_level(place, place_m.z) && self.cells[place].hits() == 0 {
+            self.cells[place] = Cell::default();
+        }
+        self.heights_m[place] = place_m.z as f32;
         let cell = &mut self.cells[place];
         cell.forget_after(self.memory_ms, now_ms);
         Some(cell)
+    }
+
+    #[inline]
+    fn is_level(&self, place: usize, height_m: f64) -> bool {
+        (f64::from(self.heights_m[place]) - height_m).abs() <= LEVEL_M
     }
 }
 
@@ -126,7 +150,8 @@ mod tests {
         let mut grid = RollingGrid::new(0.05, 16, 10);
         for far in [1e300, -1e300, f64::INFINITY, f64::NEG_INFINITY] {
             let key = grid.key_of(&Point2::new(far, 0.0));
-            assert!(grid.cell_mut(key, 1).is_none());
+            assert!(grid.cell(key, 1) == Cell::default());
+            assert!(grid.cell_mut(&Point3::new(far, 0.0, 0.0), 1).is_none());
             grid.center_on(&Point2::new(far, far));
             grid.center_on(&Point2::origin());
         }
@@ -142,8 +167,9 @@ mod tests {
         ) {
             let mut grid = RollingGrid::new(1.0, 16, 10);
             let key = [marked.0, marked.1];
-            grid.center_on(&Point2::new(marked.0 as f64 + 0.5, marked.1 as f64 + 0.5));
-            grid.cell_mut(key, 1).unwrap().pass(1);
+            let middle_m = Point2::new(marked.0 as f64 + 0.5, marked.1 as f64 + 0.5);
+            grid.center_on(&middle_m);
+            grid.cell_mut(&Point3::new(middle_m.x, middle_m.y, 0.0), 1).unwrap().pass(1);
             let mut stayed = true;
             for (x, y) in centers {
                 grid.center_on(&Point2::new(x as f64 + 0.5, y as f64 + 0.5));

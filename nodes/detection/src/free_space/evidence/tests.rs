@@ -1,3 +1,5 @@
+use nalgebra::{Isometry3, Vector3};
+
 use super::super::testing::{StaticPlatform, static_scan};
 use super::*;
 
@@ -106,4 +108,32 @@ fn background_is_new_for_so_long() {
     let scan = static_scan(&StaticPlatform::default(), &[4.0; 360]);
     let is_new = |now_ms| evidence.is_new_background(&scan.beams[180].hit.unwrap(), 1000, now_ms);
     assert_eq!([600, 1001, 1002].map(is_new), [true, true, false]);
+}
+
+/// Regression: before a robot or a hand that pitches, beams that dip hit tables and chests where level ones had passed: zones on what
+/// stands, and a wall of a room that was lost from the map.
+#[test]
+fn what_is_seen_at_another_height_is_not_in_observed_free_space() {
+    let mut evidence = evidence();
+    see(&mut evidence, &[4.0; 360], 1, 20);
+    let pitched = |pitch_rad: f64, range_m: f32| {
+        let StaticPlatform { map_from_rig } = StaticPlatform::default();
+        let pitch = Isometry3::rotation(Vector3::y() * pitch_rad);
+        static_scan(&StaticPlatform { map_from_rig: map_from_rig * pitch }, &[range_m; 360])
+    };
+    let class = |evidence: &EvidenceGrid, scan: &DeskewedScan, beam: usize| {
+        evidence.classify(&scan.beams[beam].hit.unwrap(), 2100)
+    };
+    // Ahead, a beam that dips by 6 degrees is 21 cm lower at 2 m; to the side it is not.
+    let dips = pitched(0.105, 2.0);
+    assert_eq!(class(&evidence, &dips, 180), ReturnClass::Unknown);
+    assert!(matches!(class(&evidence, &dips, 90), ReturnClass::InFreeSpace { .. }));
+    let hardly_dips = pitched(0.03, 2.0);
+    assert!(matches!(class(&evidence, &hardly_dips, 180), ReturnClass::InFreeSpace { .. }));
+    // A robot that stays so learns the space at that height.
+    for cycle in 0..10 {
+        evidence.integrate(&dips, &[ReturnLabel::Background; 360], 2100 + cycle * 100);
+    }
+    let class = class(&evidence, &pitched(0.105, 1.5), 180);
+    assert!(matches!(class, ReturnClass::InFreeSpace { .. }), "{class:?}");
 }
