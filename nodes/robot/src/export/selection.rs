@@ -33,6 +33,9 @@ impl Selection {
     /// When an option means nothing, or no point is left.
     pub(super) fn of(&self, points: OrientedPoints) -> Result<OrientedPoints, Failure> {
         let (before, mut points) = (points.points_m.len(), points);
+        if before == 0 {
+            return Err(Failure::new("the map is empty: it has no points"));
+        }
         if let Some(corners_m) = &self.crop {
             let area = Box3::of(corners_m)?;
             points = kept(points, |point_m| area.contains(point_m));
@@ -49,7 +52,7 @@ impl Selection {
         if let Some(numbers) = &self.transform {
             points = moved(points, &pose_of_numbers("--transform", numbers)?);
         }
-        if points.points_m.is_empty() && before > 0 {
+        if points.points_m.is_empty() {
             return Err(Failure::new(format!(
                 "none of the map's {before} points is in --crop and --polygon"
             )));

@@ -94,3 +94,11 @@ fn a_map_is_moved_after_it_was_cropped() {
     let wrong = Selection { transform: numbers("0 0 0 0 0 inf"), ..Selection::default() };
     assert!(wrong.of(lattice()).unwrap_err().to_string().contains("--transform"));
 }
+
+/// Regression: an empty map became an empty LAS, E57 or PCD file, and nothing was said.
+#[test]
+fn an_empty_map_is_refused() {
+    let none = OrientedPoints { points_m: Vec::new(), normals: Vec::new(), colours: Vec::new() };
+    let error = Selection::default().of(none).unwrap_err().to_string();
+    assert!(error.contains("empty"), "{error}");
+}
