@@ -123,13 +123,13 @@ fn seeds_of_object(
             unknown.push(point);
         }
     }
-    let mut groups =
+    let mut new_groups =
         candidates.grown_from(&newly_occupied, |point| classes[point].is_in_free_space());
-    groups.retain(|group| {
+    new_groups.retain(|group| {
         group.len() >= MIN_BIRTH_POINTS
             || group.iter().any(|&point| classes[point].is_apart_from_surfaces())
     });
-    let mut seeds = groups.concat();
+    let mut seeds = new_groups.concat();
     // As far as it takes to see that a group goes on: points of voxels that touch are less than two edges apart.
     let far_edges = PARTS_WITHIN_EDGES + 2.0;
     let groups =
