@@ -14,8 +14,7 @@ const DIRECTIONS: usize = 1440;
 const DIRECTION_RAD: f64 = TAU / DIRECTIONS as f64;
 /// Rows are sampled so many times as far apart as columns.
 const ROWS_PER_COLUMN: usize = 2;
-/// A direction of which more than this share of the pixels (1 / 2) shows nothing where the floor is in reach says nothing: something dark
-/// may be there. Where a corridor ends out of reach nothing returns either, above the floor.
+/// A direction of which more than this share of the pixels (1 / 2) shows nothing says nothing: something dark may be there.
 const MOST_BLIND: u32 = 2;
 /// Steps of horizontal distance.
 const STEPS: u32 = u128::BITS;
@@ -47,9 +46,7 @@ struct Direction {
     moves: bool,
     /// The steps in which a ray was low enough.
     free: u128,
-    /// Pixels that see the floor unless something is before it.
     pixels: u32,
-    /// Those of them without a depth.
     blind: u32,
 }
 
@@ -149,12 +146,11 @@ impl DepthFan {
             let azimuth_rad = f64::from(along.y.atan2(along.x)) + PI;
             let index = (azimuth_rad / DIRECTION_RAD) as usize % DIRECTIONS;
             let Some(seen) = directions.get_mut(index) else { return };
-            let to_floor_m = (least_m - camera_z_m) / along.z;
-            if along.z < 0.0 && to_floor_m <= farthest_m {
-                seen.pixels += 1;
-                seen.blind += u32::from(depth_m.is_none());
-            }
-            let Some(depth_m) = depth_m else { return };
+            seen.pixels += 1;
+            let Some(depth_m) = depth_m else {
+                seen.blind += 1;
+                return;
+            };
             let height_m = camera_z_m + along.z * depth_m;
             if depth_m <= farthest_m && (least_m..=most_m).contains(&height_m) {
                 let range_m = length * depth_m;
@@ -214,57 +210,4 @@ impl DepthFan {
 fn steps(first: u32, end: u32) -> u128 {
     let below = |step: u32| if step >= STEPS { u128::MAX } else { (1 << step) - 1 };
     if end > first { below(end) & !below(first) } else { 0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp, pose_from_vector};
-
-    use super::*;
-
-    const CAMERA_M: f64 = 0.6;
-
-    /// How far the rays show that nothing stands there, along the middle of what a level camera sees over a floor: no farther than
-    /// `until_m`, and nothing above the floor.
-    fn free_until_m(until_m: f64) -> f64 {
-        let (width_px, height_px, f_px) = (64, 120, 100.0);
-        let camera = CameraModel {
-            width_px,
-            height_px,
-            fx_px: f_px,
-            fy_px: f_px,
-            cx_px: 31.5,
-            cy_px: 59.5,
-            distortion: Distortion::None,
-        };
-        let depth_mm = |row: usize| {
-            let down = (row as f64 - camera.cy_px) / f_px;
-            let depth_m = if down > 0.0 { CAMERA_M / down } else { f64::INFINITY };
-            if depth_m <= until_m { (1e3 * depth_m) as u16 } else { 0 }
-        };
-        let depths_mm = (0..width_px * height_px).map(|pixel| depth_mm(pixel / width_px)).collect();
-        let pixels = DepthPixels::Millimetres(depths_mm);
-        let size_px = (width_px, height_px);
-        let image =
-            DepthImage::new(Stamp::default(), "camera".to_owned(), size_px, pixels).unwrap();
-        let frame = Arc::new(DepthFrame::new(image, camera).unwrap());
-        let depth = MaskedDepth::new(frame, vec![false; width_px * height_px]).unwrap();
-        let quarter = std::f64::consts::FRAC_PI_2;
-        let map_from_camera = pose_from_vector(&[0.0, 0.0, CAMERA_M, -quarter, 0.0, -quarter]);
-        let band = Band { least_m: 0.08, most_m: 1.5, free_below_m: 0.3 };
-        let rays = DepthFan::default().rays(&depth, &map_from_camera, band, 0.05);
-        let ahead = rays.iter().filter(|ray| !ray.hits && ray.to_m.y.abs() < 0.05 * ray.to_m.x);
-        ahead.map(|ray| ray.to_m.x).fold(0.0, f64::max)
-    }
-
-    /// Regression: of a corridor whose end was out of reach more than half of the pixels had no depth, and the floor that the robot drove
-    /// on stayed unknown.
-    #[test]
-    fn a_corridor_whose_end_is_out_of_reach_is_free() {
-        assert!(free_until_m(5.0) > 3.0, "{}", free_until_m(5.0));
-        // Something dark 1.6 m ahead, which stands on the floor.
-        assert_eq!(free_until_m(1.6), 0.0);
-    }
 }
