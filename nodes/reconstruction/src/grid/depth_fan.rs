@@ -14,7 +14,8 @@ const DIRECTIONS: usize = 1440;
 const DIRECTION_RAD: f64 = TAU / DIRECTIONS as f64;
 /// Rows are sampled so many times as far apart as columns.
 const ROWS_PER_COLUMN: usize = 2;
-/// A direction of which more than this share of the pixels (1 / 2) shows nothing says nothing: something dark may be there.
+/// A direction of which more than this share of the pixels (1 / 2) shows nothing, though something is in reach, says nothing: something
+/// dark may be there.
 const MOST_BLIND: u32 = 2;
 /// Steps of horizontal distance.
 const STEPS: u32 = u128::BITS;
@@ -46,7 +47,9 @@ struct Direction {
     moves: bool,
     /// The steps in which a ray was low enough.
     free: u128,
+    /// Pixels with a depth, and blind ones.
     pixels: u32,
+    /// Pixels without a depth, though the floor that they look at is no farther than what a pixel above them shows.
     blind: u32,
 }
 
@@ -140,17 +143,27 @@ impl DepthFan {
         let (least_m, most_m) = (band.least_m as f32, band.most_m as f32);
         let free_m = (band.free_below_m as f32).min(most_m);
         let farthest_m = FARTHEST_SEEN_M as f32;
+        // The farthest that a column has shown, from above, in horizontal distance.
+        let (mut of_column_px, mut above_m) = (0, 0.0_f32);
         self.sample(depth.frame(), map_from_camera, |pixel, depth_m, along| {
             // Of a depth of 1 m.
             let length = along.x.hypot(along.y);
             let azimuth_rad = f64::from(along.y.atan2(along.x)) + PI;
             let index = (azimuth_rad / DIRECTION_RAD) as usize % DIRECTIONS;
             let Some(seen) = directions.get_mut(index) else { return };
-            seen.pixels += 1;
+            if pixel[0] != of_column_px {
+                (of_column_px, above_m) = (pixel[0], 0.0);
+            }
             let Some(depth_m) = depth_m else {
-                seen.blind += 1;
+                // Along a corridor whose end is out of reach the floor is, too, from some distance on: nothing dark need be there.
+                let to_floor_m = length * (least_m - camera_z_m) / along.z;
+                if (0.0..=above_m).contains(&to_floor_m) {
+                    (seen.pixels, seen.blind) = (seen.pixels + 1, seen.blind + 1);
+                }
                 return;
             };
+            seen.pixels += 1;
+            above_m = above_m.max(length * depth_m);
             let height_m = camera_z_m + along.z * depth_m;
             if depth_m <= farthest_m && (least_m..=most_m).contains(&height_m) {
                 let range_m = length * depth_m;
@@ -210,4 +223,78 @@ impl DepthFan {
 fn steps(first: u32, end: u32) -> u128 {
     let below = |step: u32| if step >= STEPS { u128::MAX } else { (1 << step) - 1 };
     if end > first { below(end) & !below(first) } else { 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use geometry::{CameraModel, DepthImage, DepthPixels, Distortion, Stamp, pose_from_vector};
+
+    use super::*;
+
+    const CAMERA_M: f64 = 0.6;
+
+    /// The depth of the floor in a direction that goes down by so much a metre, of a level camera.
+    fn floor_m(down: f64) -> f64 {
+        if down > 0.0 { CAMERA_M / down } else { f64::INFINITY }
+    }
+
+    /// How far the rays show that nothing stands there, along the middle of the image; `depth_m` has the depth of each direction that shows
+    /// something.
+    fn free_until_m(depth_m: impl Fn(f64) -> Option<f64>) -> f64 {
+        let (width_px, height_px, f_px) = (64, 120, 100.0);
+        let camera = CameraModel {
+            width_px,
+            height_px,
+            fx_px: f_px,
+            fy_px: f_px,
+            cx_px: 31.5,
+            cy_px: 59.5,
+            distortion: Distortion::None,
+        };
+        let depth_mm = |pixel: usize| {
+            let down = ((pixel / width_px) as f64 - camera.cy_px) / f_px;
+            depth_m(down).map_or(0, |depth_m| (1e3 * depth_m) as u16)
+        };
+        let pixels = DepthPixels::Millimetres((0..width_px * height_px).map(depth_mm).collect());
+        let size_px = (width_px, height_px);
+        let image =
+            DepthImage::new(Stamp::default(), "camera".to_owned(), size_px, pixels).unwrap();
+        let frame = Arc::new(DepthFrame::new(image, camera).unwrap());
+        let depth = MaskedDepth::new(frame, vec![false; width_px * height_px]).unwrap();
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let map_from_camera = pose_from_vector(&[0.0, 0.0, CAMERA_M, -quarter, 0.0, -quarter]);
+        let band = Band { least_m: 0.08, most_m: 1.5, free_below_m: 0.3 };
+        let rays = DepthFan::default().rays(&depth, &map_from_camera, band, 0.05);
+        let ahead = rays.iter().filter(|ray| !ray.hits && ray.to_m.y.abs() < 0.05 * ray.to_m.x);
+        ahead.map(|ray| ray.to_m.x).fold(0.0, f64::max)
+    }
+
+    /// Regression: of a corridor whose end was out of reach more than half of the pixels had no depth, and the floor that the robot drove
+    /// on stayed unknown.
+    #[test]
+    fn a_corridor_whose_end_is_out_of_reach_is_free() {
+        let until_m = |most_m: f64| {
+            free_until_m(|down| Some(floor_m(down)).filter(|depth_m| *depth_m <= most_m))
+        };
+        assert!((4.0..4.9).contains(&until_m(5.0)), "{}", until_m(5.0));
+        // Something dark stands on the floor: it is free up to there.
+        assert!((1.2..1.6).contains(&until_m(1.6)), "{}", until_m(1.6));
+    }
+
+    #[test]
+    fn a_direction_that_is_half_blind_below_what_it_shows_says_nothing() {
+        // Of a wall at 4 m so much is seen above the horizon; below it something dark stands 1.3 m away.
+        let below_wall = |wall_up: f64| {
+            free_until_m(|down| match down {
+                down if down < -wall_up => None,
+                down if down < 0.07 => Some(4.0),
+                down => Some(floor_m(down)).filter(|depth_m| *depth_m <= 1.3),
+            })
+        };
+        assert_eq!(below_wall(0.05), 0.0);
+        // Less than half.
+        assert!((0.9..1.3).contains(&below_wall(0.2)), "{}", below_wall(0.2));
+    }
 }
