@@ -29,3 +29,8 @@ pub(crate) fn document(
     };
     markup.into_string()
 }
+
+/// A table that scrolls where it is wider than the page, with the keyboard, too.
+pub(crate) fn scrolling(table: &Markup) -> Markup {
+    html! { div.scroll tabindex="0" { (table) } }
+}

@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 use crate::Chart;
-use crate::html_document::document;
+use crate::html_document::{document, scrolling};
 
 const STYLE: &str = include_str!("page/style.css");
 
@@ -179,7 +179,7 @@ fn part_markup(part: &PagePart) -> Markup {
 
 fn table_markup(table: &PageTable) -> Markup {
     html! {
-        div.scroll {
+        (scrolling(&html! {
             table {
                 caption { (table.caption) }
                 thead { tr {
@@ -192,7 +192,7 @@ fn table_markup(table: &PageTable) -> Markup {
                     @for cell in &row.cells { td class=[cell.tone.class()] { (cell.text) } }
                 } } }
             }
-        }
+        }))
     }
 }
 

@@ -46,7 +46,7 @@ export class Nodes {
     this.figures = element("div", { class: "figures" });
     const head = ["node", "state", "says", "cycles / s", "dropped, lost"];
     this.element = element("section", { "aria-labelledby": "nodes" }, element("h2", { id: "nodes" }, "Nodes"),
-      element("div", { class: "scroll" }, element("table", { class: "nodes" },
+      element("div", { class: "scroll", tabindex: "0" }, element("table", { class: "nodes" },
         element("thead", {}, element("tr", {}, ...head.map((text, n) => element("th", { scope: "col", class: n < 3 ? "text" : "" }, text)))), this.body)),
       this.figures);
   }
@@ -67,7 +67,7 @@ export class Nodes {
   showFigures({ name, figures }) {
     if (!this.details.has(name)) {
       const body = element("tbody");
-      const details = element("details", {}, element("summary", {}, `All figures of ${name}`), element("div", { class: "scroll" }, element("table", {}, body)));
+      const details = element("details", {}, element("summary", {}, `All figures of ${name}`), element("div", { class: "scroll", tabindex: "0" }, element("table", {}, body)));
       this.details.set(name, { details, body });
       this.figures.append(details);
     }
@@ -104,7 +104,7 @@ function ofNode({ node, parameters: declared, error }, connection, note) {
     element("td", {}, one.fixed ? shown(one.value) : entry(node, one, connection, note)),
     element("td", { class: "text about" }, one.accepted ? `${one.about} (${one.accepted})` : one.about)));
   return element("details", { class: "parameters" }, element("summary", {}, node),
-    element("div", { class: "scroll" }, element("table", {}, element("tbody", {}, ...rows))));
+    element("div", { class: "scroll", tabindex: "0" }, element("table", {}, element("tbody", {}, ...rows))));
 }
 
 function shown(value) {

@@ -14,14 +14,14 @@ export class Panels {
   constructor(header, run) {
     this.header = header;
     this.run = run;
-    this.scan = element("canvas", { width: SCAN_PX, height: SCAN_PX, role: "img" });
-    this.depth = element("canvas", { width: 160, height: 120, class: "depth", role: "img" });
+    this.scan = element("canvas", { width: SCAN_PX, height: SCAN_PX, role: "img", "aria-label": "the scan" });
+    this.depth = element("canvas", { width: 160, height: 120, class: "depth", role: "img", "aria-label": "the depth image" });
     this.scanNote = element("figcaption");
     this.depthNote = element("figcaption");
     this.facts = element("table", { class: "moment-facts" });
     this.depthFigure = element("figure", {}, this.depth, this.depthNote);
     this.element = element("div", { class: "panels" },
-      element("figure", {}, this.scan, this.scanNote), this.depthFigure, element("div", { class: "scroll" }, this.facts));
+      element("figure", {}, this.scan, this.scanNote), this.depthFigure, element("div", { class: "scroll", tabindex: "0" }, this.facts));
   }
 
   show(index, view, viewIndex) {

@@ -5,6 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 
 use crate::headline::grouped;
+use crate::html_document::scrolling;
 use crate::pictures::{HEIGHT_COLOURS, ViewPictures};
 use crate::{KeptOutCause, MapPictures, PictureFrame, RunRecord, Summary};
 
@@ -57,7 +58,7 @@ fn kept_out_table(summary: &Summary) -> Markup {
             "Of the " (grouped(map.points_without_removal)) " voxels of the map without removal, " (grouped(map.voxels_kept_out))
             " hold no point of the map."
         }
-        div.scroll {
+        (scrolling(&html! {
             table {
                 caption { "Voxels without a point of the map" }
                 thead { tr { th.text scope="col" { "why" } th scope="col" { "voxels" } th.text scope="col" { "what that means" } } }
@@ -67,7 +68,7 @@ fn kept_out_table(summary: &Summary) -> Markup {
                     }
                 }
             }
-        }
+        }))
     }
 }
 

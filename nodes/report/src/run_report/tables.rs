@@ -6,6 +6,7 @@ use geometry::ZoneSource;
 use maud::{Markup, html};
 
 use crate::headline::{grouped, object_name, ordinal, percent};
+use crate::html_document::scrolling;
 use crate::{
     CycleRecord, CycleScore, DynamicScore, IDENTITY_GATE_M, ObjectScore, PointStatistics,
     RunRecord, Summary,
@@ -16,10 +17,9 @@ pub(super) fn tables_section(run: &RunRecord, summary: &Summary) -> Markup {
         section aria-labelledby="figures" {
             h2 id="figures" { "Figures" }
             div.tables {
-                (cycle_table(summary))
-                (point_table(summary))
-                (map_table(run, summary))
-                div.scroll { (drop_table(summary)) }
+                @for table in [cycle_table(summary), point_table(summary), map_table(run, summary), drop_table(summary)] {
+                    (scrolling(&table))
+                }
             }
         }
         @if let Some(score) = &summary.truth {
@@ -154,7 +154,7 @@ fn truth_section(score: &DynamicScore) -> Markup {
                 (grouped(score.cycles_scored)) " cycles were compared, "
                 (grouped(score.cycles_without_truth)) " have no truth."
             }
-            div.scroll {
+            (scrolling(&html! {
                 table {
                     caption { "Objects" }
                     thead { tr {
@@ -184,27 +184,27 @@ fn truth_section(score: &DynamicScore) -> Markup {
                         td { (grouped(object.own_voxels_left)) }
                     } } }
                 }
-            }
+            }))
             div.tables {
-                table {
+                (scrolling(&html! { table {
                     caption { "Points over the run" }
                     tbody {
                         (row("of objects, removed", percent(score.object_points.share)))
                         (row("of the static scene, removed wrongly", percent(score.static_points.share)))
                         (row("of what was removed, moving (borders of one voxel aside)", percent(score.labels.precision)))
                     }
-                }
+                } }))
                 @if let Some(identities) = &score.identities {
-                    table {
+                    (scrolling(&html! { table {
                         caption { "Tracks" }
                         tbody {
                             (row("an object in view, over all cycles", grouped(identities.sightings)))
                             (row("of these, followed by a track", grouped(identities.followed)))
                             (row("identity switches", grouped(identities.switches)))
                         }
-                    }
+                    } }))
                 }
-                table {
+                (scrolling(&html! { table {
                     caption { "Voxels of the map" }
                     tbody {
                         (row("objects' own", grouped(map.object_only)))
@@ -221,9 +221,9 @@ fn truth_section(score: &DynamicScore) -> Markup {
                         (row("touched at all, kept", percent(map.static_kept_share)))
                         (row("touched at all, kept, of the map without removal", percent(map.static_kept_share_of_unfiltered)))
                     }
-                }
+                } }))
                 @if let Some(surface) = &map.surface {
-                    table {
+                    (scrolling(&html! { table {
                         caption { "Map and true surface" }
                         tbody {
                             (row("mean distance of a point of the map (accuracy)", millimetres(surface.accuracy_m)))
@@ -232,7 +232,7 @@ fn truth_section(score: &DynamicScore) -> Markup {
                             (row(&format!("surface within {} m of the map", surface.tolerance_m), percent(Some(surface.recall))))
                             (row("F-score", percent(Some(surface.f_score))))
                         }
-                    }
+                    } }))
                 }
             }
         }
@@ -256,7 +256,7 @@ fn every_cycle_table(run: &RunRecord, truth: Option<&DynamicScore>) -> Markup {
     let scores: BTreeMap<u32, &CycleScore> =
         truth.iter().flat_map(|score| &score.per_cycle).map(|score| (score.index, score)).collect();
     html! {
-        div.scroll {
+        (scrolling(&html! {
             table {
                 caption { "Every cycle" }
                 thead { tr {
@@ -289,7 +289,7 @@ fn every_cycle_table(run: &RunRecord, truth: Option<&DynamicScore>) -> Markup {
                     }
                 } } }
             }
-        }
+        }))
     }
 }
 
