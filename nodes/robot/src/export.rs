@@ -354,6 +354,10 @@ mod tests {
         let views = ply::views_of(&std::fs::read(path("b.ply")).unwrap()).unwrap();
         assert_eq!(views.len(), 1);
         assert_eq!(views[0].map_from_camera.translation.vector, Vector3::new(2.0, 2.0, 0.5));
+        // Regression: with the views of the whole map a merge took the walls that were cut off for gone.
+        let selection = options_for_test("--crop 1.5 -inf -inf inf inf 0");
+        run(&ExportArgs { selection, ..args(&path("seen.ply"), &path("part.ply")) }).unwrap();
+        assert_eq!(ply::views_of(&std::fs::read(path("part.ply")).unwrap()).unwrap(), []);
         let selection = options_for_test("--crop 5 5 5 6 6 6");
         let error = run(&ExportArgs { selection, ..args(&path("room.ply"), &path("c.ply")) });
         assert!(error.unwrap_err().to_string().contains("20000 points"));

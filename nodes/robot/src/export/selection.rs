@@ -60,11 +60,14 @@ impl Selection {
         Ok(points)
     }
 
-    /// The views that the map was seen from, where it is then: a part of a map was seen from all of them.
+    /// The views that the map was seen from, where it is then. A part of a map has none: they would show what was cut off as free.
     ///
     /// # Errors
     /// When `--transform` means nothing.
     pub(super) fn views_of(&self, mut views: Vec<MapView>) -> Result<Vec<MapView>, Failure> {
+        if self.crop.is_some() || self.polygon.is_some() {
+            return Ok(Vec::new());
+        }
         if let Some(numbers) = &self.transform {
             let new_from_map = pose_of_numbers("--transform", numbers)?;
             for view in &mut views {
