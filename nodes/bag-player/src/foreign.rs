@@ -44,6 +44,12 @@ pub fn begins_as_a_bag(path: &Path) -> io::Result<bool> {
 
 /// The kind of a file by its content.
 pub(crate) fn kind_of(path: &Path) -> io::Result<FileKind> {
+    // Opening a pipe waits for who writes into it.
+    if !std::fs::metadata(path)?.is_file() {
+        let what =
+            "it is no file; a bag is read more than once, which a pipe or a device does not allow";
+        return Err(io::Error::new(io::ErrorKind::Unsupported, what));
+    }
     let mut start = Vec::new();
     File::open(path)?.take(SNIFF_BYTES).read_to_end(&mut start)?;
     Ok(if start.is_empty() { FileKind::Empty } else { sniff(&start) })
@@ -88,5 +94,21 @@ impl fmt::Display for ForeignFile {
                 )
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: a program that was given a pipe waited for ever, without a word.
+    #[test]
+    fn a_pipe_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe.mcap");
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        assert_eq!(kind_of(&path).unwrap_err().kind(), io::ErrorKind::Unsupported);
+        let said = crate::Bag::open(&path).map(drop).unwrap_err().to_string();
+        assert!(said.contains("it is no file"), "{said}");
     }
 }

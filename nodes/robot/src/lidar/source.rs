@@ -163,6 +163,10 @@ impl LidarSource {
 }
 
 fn is_capture(path: &Path) -> bool {
+    // Opening a pipe waits for who writes into it.
+    if !path.is_file() {
+        return false;
+    }
     let mut magic = [0; 4];
     let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
     read.is_ok() && CAPTURE_MAGICS.contains(&magic)

@@ -9,12 +9,12 @@ use super::{Check, Finding, Subject, Typical};
 
 /// No platform on the ground goes so fast for half of the time: 290 km/h.
 const FASTEST_M_PER_S: f64 = 80.0;
-/// A jump is a step of at least so much, ...
+/// A fast step is one of at least so much, ...
 const LEAST_JUMP_M: f64 = 1.0;
-/// ... at so many times the usual speed, ...
-const JUMP_SPEEDS: f64 = 10.0;
 /// ... and faster than this: beyond what a robot's brakes and motors can do between two poses.
 const JUMP_M_PER_S: f64 = 20.0;
+/// It is a jump at more than so many times the usual speed.
+const JUMP_SPEEDS: f64 = 10.0;
 /// After a longer time between two poses, messages are missing, and the step is not judged.
 const LONGEST_STEP_S: f64 = 1.0;
 
@@ -24,20 +24,25 @@ pub(in crate::doctor) struct PoseFacts {
     last: Option<(Stamp, nalgebra::Vector3<f64>)>,
     /// Of all steps with motion.
     speed_m_per_s: Typical,
-    /// Steps at a speed that no platform has.
-    jumps: Vec<Jump>,
+    /// Of those of them that are not fast.
+    slow_m_per_s: Typical,
+    /// Steps that may be jumps.
+    fast: Vec<FastStep>,
+    /// How many of them follow another one.
+    fast_in_a_row: usize,
+    was_fast: bool,
 }
 
 /// A step at a high speed.
 #[derive(Clone, Copy, PartialEq, Debug)]
-struct Jump {
+struct FastStep {
     stamp: Stamp,
     step_m: f64,
     speed_m_per_s: f64,
 }
 
-/// Jumps that are kept at most.
-const MOST_JUMPS: usize = 4096;
+/// Fast steps that are kept at most.
+const MOST_FAST: usize = 4096;
 
 /// A message with a pose.
 pub(super) trait Positioned {
@@ -66,17 +71,30 @@ impl PoseFacts {
             return;
         }
         let speed_m_per_s = step_m / step_s;
+        let is_fast = step_m > LEAST_JUMP_M && speed_m_per_s > JUMP_M_PER_S;
         if step_m > 0.0 {
             self.speed_m_per_s.add(speed_m_per_s);
         }
-        if step_m > LEAST_JUMP_M && speed_m_per_s > JUMP_M_PER_S && self.jumps.len() < MOST_JUMPS {
-            self.jumps.push(Jump { stamp, step_m, speed_m_per_s });
+        if step_m > 0.0 && !is_fast {
+            self.slow_m_per_s.add(speed_m_per_s);
         }
+        if is_fast && self.fast.len() < MOST_FAST {
+            self.fast.push(FastStep { stamp, step_m, speed_m_per_s });
+            self.fast_in_a_row += usize::from(self.was_fast);
+        }
+        self.was_fast = is_fast;
+    }
+
+    /// The usual speed while there is motion. A platform that goes fast does so for several steps; single ones are jumps.
+    fn usual_m_per_s(&self) -> f64 {
+        let goes_fast = 2 * self.fast_in_a_row > self.fast.len();
+        let speeds = if goes_fast { &self.speed_m_per_s } else { &self.slow_m_per_s };
+        speeds.median().unwrap_or_default()
     }
 
     pub(super) fn findings(&self, subject: &Subject<'_>) -> Vec<Finding> {
         let topic = subject.topic;
-        let Some(usual) = self.speed_m_per_s.median() else { return Vec::new() };
+        let usual = self.usual_m_per_s();
         if usual > FASTEST_M_PER_S {
             return vec![subject.grave(
                 Check::Units,
@@ -87,8 +105,8 @@ impl PoseFacts {
                 "poses have metres (REP-103): divide by 1000 in the odometry",
             )];
         }
-        let jumps: Vec<&Jump> =
-            self.jumps.iter().filter(|jump| jump.speed_m_per_s > JUMP_SPEEDS * usual).collect();
+        let jumps: Vec<&FastStep> =
+            self.fast.iter().filter(|jump| jump.speed_m_per_s > JUMP_SPEEDS * usual).collect();
         let largest = jumps.iter().max_by(|one, other| one.step_m.total_cmp(&other.step_m));
         let Some(largest) = largest else { return Vec::new() };
         vec![Finding::warn(
@@ -103,5 +121,51 @@ impl PoseFacts {
             "give the suite the smooth pose (odom, REP-105), not one that closes loops or is reset meanwhile; see that \
              one source alone publishes it",
         )]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use msgs::convert::time_from_stamp;
+    use msgs::geometry_msgs::Pose;
+    use msgs::std_msgs::Header;
+
+    use super::*;
+
+    /// What is said of positions along x, at 30 Hz.
+    fn said_of(positions_m: impl IntoIterator<Item = f64>) -> Vec<String> {
+        let mut facts = PoseFacts::default();
+        for (index, x) in positions_m.into_iter().enumerate() {
+            let stamp = Stamp::from_nanos(1).plus_seconds(index as f64 / 30.0);
+            let header = Header { stamp: time_from_stamp(stamp), ..Header::default() };
+            let pose = Pose { position: Point { x, y: 0.0, z: 0.0 }, ..Pose::default() };
+            facts.take(&PoseStamped { header, pose });
+        }
+        let subject = Subject { topic: "/pose", is_read: true, period_s: None };
+        facts.findings(&subject).into_iter().map(|finding| finding.what).collect()
+    }
+
+    /// Regression: the one jump of a robot at rest was its only motion, and so its usual speed: it was told that its positions were
+    /// millimetres, or nothing.
+    #[test]
+    fn a_jump_of_a_robot_at_rest_is_a_jump() {
+        for jump_m in [2.0, 5.0] {
+            let said = said_of((0..90).map(|index| if index < 45 { 1.0 } else { 1.0 + jump_m }));
+            assert!(said.len() == 1 && said[0].contains("1 jumps"), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn who_goes_fast_does_not_jump_and_millimetres_are_told() {
+        let at = |speed: f64| (0..90).map(move |index| speed * f64::from(index) / 30.0);
+        assert_eq!(said_of(at(0.5)), Vec::<String>::new());
+        // A car on a motorway, after it has waited.
+        let waits = std::iter::repeat_n(0.0, 120);
+        assert_eq!(said_of(waits.chain(at(40.0))), Vec::<String>::new());
+        let millimetres = said_of(at(500.0));
+        assert!(
+            millimetres.len() == 1 && millimetres[0].contains("millimetres"),
+            "{millimetres:?}"
+        );
     }
 }
