@@ -1,6 +1,6 @@
 //! The content of poses: the motion of the platform.
 
-use geometry::Stamp;
+use geometry::{Stamp, UnusablePose, check_pose};
 use msgs::convert::stamp_from_time;
 use msgs::geometry_msgs::{Point, PoseStamped};
 use msgs::nav_msgs::Odometry;
@@ -22,6 +22,8 @@ const LONGEST_STEP_S: f64 = 1.0;
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(in crate::doctor) struct PoseFacts {
     last: Option<(Stamp, nalgebra::Vector3<f64>)>,
+    /// Why the first of those that no node takes is not taken, and how many they are.
+    unusable: Option<(UnusablePose, u64)>,
     /// Of all steps with motion.
     speed_m_per_s: Typical,
     /// Of those of them that are not fast.
@@ -65,6 +67,9 @@ impl PoseFacts {
     pub(super) fn take(&mut self, message: &impl Positioned) {
         let (stamp, position) = message.position();
         let here = nalgebra::Vector3::new(position.x, position.y, position.z);
+        if let Err(why) = check_pose(&nalgebra::Isometry3::from(here)) {
+            self.unusable.get_or_insert((why, 0)).1 += 1;
+        }
         let Some((before, there)) = self.last.replace((stamp, here)) else { return };
         let (step_s, step_m) = (stamp.seconds_since(before), (here - there).norm());
         if step_s <= 0.0 || step_s > LONGEST_STEP_S || !step_m.is_finite() {
@@ -94,6 +99,13 @@ impl PoseFacts {
 
     pub(super) fn findings(&self, subject: &Subject<'_>) -> Vec<Finding> {
         let topic = subject.topic;
+        if let Some((why, count)) = &self.unusable {
+            return vec![subject.grave(
+                Check::Units,
+                format!("{topic}: {count} messages cannot be used: {why}"),
+                "publish poses in a frame whose origin is near, such as odom (REP-105), or relative to the first one",
+            )];
+        }
         let usual = self.usual_m_per_s();
         if usual > FASTEST_M_PER_S {
             return vec![subject.grave(
@@ -153,6 +165,13 @@ mod tests {
             let said = said_of((0..90).map(|index| if index < 45 { 1.0 } else { 1.0 + jump_m }));
             assert!(said.len() == 1 && said[0].contains("1 jumps"), "{said:?}");
         }
+    }
+
+    /// Regression: poses in coordinates of the earth, which no node takes, were in order for `doctor`.
+    #[test]
+    fn poses_too_far_from_their_origin_are_told() {
+        let said = said_of((0..90).map(|index| 4.5e5 + f64::from(index)));
+        assert!(said.len() == 1 && said[0].contains("90 messages cannot be used"), "{said:?}");
     }
 
     #[test]
