@@ -1,6 +1,7 @@
 //! Blocks: cubes of voxels that are stored, looked up and classified together.
 
 use std::hash::{Hash, Hasher};
+use std::ops::Range;
 
 use geometry::VoxelKey;
 
@@ -44,6 +45,21 @@ impl BlockKey {
             y: along(self.y, index / BLOCK_EDGE),
             z: along(self.z, index / (BLOCK_EDGE * BLOCK_EDGE)),
         }
+    }
+
+    /// The indices along x, y and z, within the block, of its voxels between two. It holds some of these.
+    #[inline]
+    pub(crate) fn indices_between(self, least: VoxelKey, most: VoxelKey) -> [Range<usize>; 3] {
+        let along = |block: i32, least: i32, most: i32| {
+            let first = block.saturating_mul(EDGE);
+            let within = |cell: i32| cell.saturating_sub(first).clamp(0, EDGE - 1) as usize;
+            within(least)..within(most) + 1
+        };
+        [
+            along(self.x, least.x, most.x),
+            along(self.y, least.y, most.y),
+            along(self.z, least.z, most.z),
+        ]
     }
 
     /// The block at this offset in blocks.

@@ -122,8 +122,24 @@ impl Occupancy {
     /// surface are hit in each cycle, so that a single point in free space beside one may be noise.
     #[must_use]
     pub fn is_near_surface(&self, voxel: VoxelKey, steps: i32) -> bool {
-        let mut beside = voxel.within(steps).filter(|beside| *beside != voxel);
-        beside.any(|beside| self.cell(beside).may_be_surface())
+        let corner = |by: i32| VoxelKey {
+            x: voxel.x.saturating_add(by),
+            y: voxel.y.saturating_add(by),
+            z: voxel.z.saturating_add(by),
+        };
+        let (least, most) = (corner(-steps), corner(steps));
+        let (first, last) = (BlockKey::of(least), BlockKey::of(most));
+        let is_near = |key: BlockKey| {
+            let Some(block) = self.layer.get(key) else { return false };
+            let own = (key == BlockKey::of(voxel)).then(|| voxel_index(voxel));
+            block.has_beside(key.indices_between(least, most), own, Cell::may_be_surface)
+        };
+        // A block is looked up once, not once for each of its voxels.
+        steps > 0
+            && (first.z..=last.z).any(|z| {
+                (first.y..=last.y)
+                    .any(|y| (first.x..=last.x).any(|x| is_near(BlockKey { x, y, z })))
+            })
     }
 
     /// Sets a voxel to free: the camera would have seen before what is there now.

@@ -1,6 +1,8 @@
 //! The cells of a block: one for all where they are the same, or one each.
 
-use crate::block::BLOCK_VOXELS;
+use std::ops::Range;
+
+use crate::block::{BLOCK_EDGE, BLOCK_VOXELS};
 use crate::cell::Cell;
 
 /// Voxels as bits.
@@ -33,6 +35,25 @@ impl OccupancyBlock {
             Cells::Same(cell) => *cell,
             Cells::Each(cells) => cells.get(index).copied().unwrap_or_default(),
         }
+    }
+
+    /// Whether some cell at these indices along x, y and z is such, but for the one at `own`. There are others than that.
+    pub(super) fn has_beside(
+        &self,
+        [xs, ys, zs]: [Range<usize>; 3],
+        own: Option<usize>,
+        is_such: impl Fn(&Cell) -> bool,
+    ) -> bool {
+        let cells = match &self.cells {
+            Cells::Same(cell) => return is_such(cell),
+            Cells::Each(cells) => cells,
+        };
+        let mut rows = zs.flat_map(|z| ys.clone().map(move |y| (z * BLOCK_EDGE + y) * BLOCK_EDGE));
+        rows.any(|row| {
+            let indices = row + xs.start..row + xs.end;
+            let cells = cells.get(indices.clone()).unwrap_or_default();
+            cells.iter().zip(indices).any(|(cell, index)| is_such(cell) && Some(index) != own)
+        })
     }
 
     /// An index beyond the last is the last.

@@ -1,3 +1,5 @@
+mod near_surface;
+
 use std::collections::HashSet;
 
 use nalgebra::{Isometry3, Point3};
