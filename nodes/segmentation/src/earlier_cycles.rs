@@ -23,7 +23,8 @@ const CYCLES: usize = 16;
 /// before a scanner of 7 Hz moves by five.
 const STEPS_A_CYCLE: i32 = 2;
 
-type Voxels = HashSet<VoxelKey, BuildVoxelHasher>;
+/// Looked up by key alone.
+pub type Voxels = HashSet<VoxelKey, BuildVoxelHasher>;
 
 /// A point that was static when it was seen, of a place that was not known to be background.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -70,7 +71,7 @@ impl EarlierCycles {
     pub fn of_objects(
         &mut self,
         objects: impl Iterator<Item: Iterator<Item = VoxelKey>>,
-        last_object_voxels: &HashSet<VoxelKey>,
+        last_object_voxels: &Voxels,
         view: &TiledView,
         voxel_edge_m: f64,
     ) -> Vec<Point3<f64>> {

@@ -9,8 +9,6 @@ mod groups;
 #[cfg(test)]
 mod tests;
 
-use std::collections::HashSet;
-
 use geometry::{DetectedCycle, Stamp, VoxelGrid, VoxelKey};
 use nalgebra::Point3;
 use volume::{DepthInput, DepthNoise, DepthRange, DepthView, Occupancy};
@@ -18,7 +16,7 @@ use volume::{DepthInput, DepthNoise, DepthRange, DepthView, Occupancy};
 use self::classes::Known;
 use crate::continuous::in_map;
 use crate::cycle_points::CyclePoints;
-use crate::earlier_cycles::{EarlierCycles, StaticPoint};
+use crate::earlier_cycles::{EarlierCycles, StaticPoint, Voxels};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
@@ -58,7 +56,7 @@ pub struct FreeSpaceSegmenter {
     earlier_cycles: EarlierCycles,
     floor: Option<Floor>,
     /// Where objects had points a cycle ago, in the map.
-    last_object_voxels: HashSet<VoxelKey>,
+    last_object_voxels: Voxels,
     last: Option<Stamp>,
     /// Whether the frame that does not jump was another than the map in the last cycle.
     was_apart: bool,
@@ -83,7 +81,7 @@ impl FreeSpaceSegmenter {
             recent_views: RecentViews::new(grid.edge_m()),
             earlier_cycles: EarlierCycles::default(),
             floor: None,
-            last_object_voxels: HashSet::new(),
+            last_object_voxels: Voxels::default(),
             last: None,
             was_apart: false,
             evidence_is_whole: true,
@@ -203,7 +201,7 @@ impl FreeSpaceSegmenter {
         &mut self,
         (points, classes): (&CyclePoints<'_>, &[PointClass]),
         (groups, moving_in_place, is_dynamic): (&[MovingGroup], &[usize], &[bool]),
-        objects_before: &HashSet<VoxelKey>,
+        objects_before: &Voxels,
     ) -> Vec<Point3<f32>> {
         let of_groups =
             groups.iter().map(|group| group.points.iter().map(|&point| points.voxels[point]));

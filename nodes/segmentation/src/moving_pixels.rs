@@ -40,12 +40,13 @@ pub(crate) struct MovingPixels {
     grid: VoxelGrid,
     noise: DepthNoise,
     last_rays: Option<RayTable>,
+    margin: Margin,
 }
 
 impl MovingPixels {
     /// For clouds that were reduced by this grid.
     pub(crate) fn new(grid: VoxelGrid) -> Self {
-        Self { grid, noise: DepthNoise::default(), last_rays: None }
+        Self { grid, noise: DepthNoise::default(), last_rays: None, margin: Margin::default() }
     }
 
     /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do, and the floor
@@ -81,7 +82,7 @@ impl MovingPixels {
             reach_m: (REACH_IN_EDGES * grid.edge_m()) as f32,
         };
         growth.grow(&mut is_moving);
-        widen(&mut is_moving, frame.camera().width_px);
+        self.margin.add(&mut is_moving, frame.camera().width_px);
         is_moving
     }
 }
@@ -243,34 +244,45 @@ fn border_of(is_moving: &[bool], width_px: usize) -> Vec<u32> {
     border
 }
 
-/// Adds the margin, along the rows and then along the columns.
-fn widen(is_moving: &mut [bool], width_px: usize) {
-    let (Some(first), Some(last)) = (
-        is_moving.iter().position(|is_moving| *is_moving),
-        is_moving.iter().rposition(|is_moving| *is_moving),
-    ) else {
-        return;
-    };
-    // The rows that the margin may reach.
-    let width_px = width_px.max(1);
-    let first_row = (first / width_px).saturating_sub(MARGIN_PX);
-    let end = ((last / width_px + 1 + MARGIN_PX) * width_px).min(is_moving.len());
-    let Some(is_moving) = is_moving.get_mut(first_row * width_px..end) else { return };
-    for row in is_moving.chunks_mut(width_px) {
-        if row.contains(&true) {
-            spread(row, 1);
-        }
-    }
-    spread(is_moving, width_px);
+/// Adds the margin.
+#[derive(Clone, Debug, Default)]
+struct Margin {
+    /// The pixels before they were widened. Kept for its memory.
+    before: Vec<bool>,
 }
 
-/// Adds to each pixel those up to the margin before and behind it, `step` apart.
-fn spread(is_moving: &mut [bool], step: usize) {
-    let before = is_moving.to_vec();
-    for shift in (1..=MARGIN_PX).map(|pixels| pixels * step) {
-        let behind = is_moving.iter_mut().skip(shift).zip(&before);
-        behind.for_each(|(to, from)| *to |= *from);
-        let ahead = is_moving.iter_mut().zip(before.iter().skip(shift));
-        ahead.for_each(|(to, from)| *to |= *from);
+impl Margin {
+    /// Along the rows and then along the columns.
+    fn add(&mut self, is_moving: &mut [bool], width_px: usize) {
+        let (Some(first), Some(last)) = (
+            is_moving.iter().position(|is_moving| *is_moving),
+            is_moving.iter().rposition(|is_moving| *is_moving),
+        ) else {
+            return;
+        };
+        // The rows that the margin may reach.
+        let width_px = width_px.max(1);
+        let first_row = (first / width_px).saturating_sub(MARGIN_PX);
+        let end = ((last / width_px + 1 + MARGIN_PX) * width_px).min(is_moving.len());
+        let Some(is_moving) = is_moving.get_mut(first_row * width_px..end) else { return };
+        for row in is_moving.chunks_mut(width_px) {
+            if row.contains(&true) {
+                self.spread(row, 1);
+            }
+        }
+        self.spread(is_moving, width_px);
+    }
+
+    /// Adds to each pixel those up to the margin before and behind it, `step` apart.
+    fn spread(&mut self, is_moving: &mut [bool], step: usize) {
+        let before = &mut self.before;
+        before.clear();
+        before.extend_from_slice(is_moving);
+        for shift in (1..=MARGIN_PX).map(|pixels| pixels * step) {
+            let behind = is_moving.iter_mut().skip(shift).zip(&*before);
+            behind.for_each(|(to, from)| *to |= *from);
+            let ahead = is_moving.iter_mut().zip(before.iter().skip(shift));
+            ahead.for_each(|(to, from)| *to |= *from);
+        }
     }
 }

@@ -47,7 +47,7 @@ fn sees_from(x_m: f64) -> TiledView {
 
 fn retracted(cycles: &mut EarlierCycles, found_m: f64, view: &TiledView) -> Vec<Point3<f64>> {
     let object = column(found_m, 0.0);
-    cycles.of_objects(std::iter::once(voxels(&object)), &HashSet::new(), view, EDGE_M)
+    cycles.of_objects(std::iter::once(voxels(&object)), &Voxels::default(), view, EDGE_M)
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn what_stands_beside_farther_than_a_body_reaches_stays() {
     let elsewhere = column(3.0, 1.5);
     let none = cycles.of_objects(
         std::iter::once(voxels(&elsewhere)),
-        &HashSet::new(),
+        &Voxels::default(),
         &sees_from(1.9),
         EDGE_M,
     );

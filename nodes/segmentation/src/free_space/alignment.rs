@@ -11,6 +11,7 @@
 //! The turn decides what moves in this one cycle, and nothing else: evidence and map keep the poses that were told, so that the errors of
 //! turns add up to nothing.
 
+use geometry::VoxelKey;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use volume::{CellState, Occupancy};
 
@@ -102,7 +103,7 @@ impl KnownSpace<'_> {
     fn score_of(&self, place: &Point3<f64>) -> i32 {
         let voxel = self.occupancy.grid().key(place);
         let state = self.occupancy.cell(voxel).state();
-        if state == CellState::Occupied || self.is_beside_surface(place) {
+        if state == CellState::Occupied || self.is_beside_surface(place, voxel) {
             1
         } else if state == CellState::Free && !self.occupancy.is_near_surface(voxel, 1) {
             -1
@@ -111,10 +112,59 @@ impl KnownSpace<'_> {
         }
     }
 
-    fn is_beside_surface(&self, place: &Point3<f64>) -> bool {
-        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| self.beside_m * axis);
-        let beside = steps.iter().flat_map(|step| [place + step, place - step]);
-        let mut voxels = beside.map(|place| self.occupancy.grid().key(&place));
-        voxels.any(|voxel| self.occupancy.cell(voxel).state() == CellState::Occupied)
+    /// Whether a step along an axis leads out of the voxel and onto a surface.
+    fn is_beside_surface(&self, place: &Point3<f64>, voxel: VoxelKey) -> bool {
+        let (grid, step_m) = (self.occupancy.grid(), Vector3::repeat(self.beside_m));
+        let (least, most) = (grid.key(&(place - step_m)), grid.key(&(place + step_m)));
+        let beside = [least, most].into_iter().flat_map(|VoxelKey { x, y, z }| {
+            [VoxelKey { x, ..voxel }, VoxelKey { y, ..voxel }, VoxelKey { z, ..voxel }]
+        });
+        let mut others = beside.filter(|beside| *beside != voxel);
+        others.any(|beside| self.occupancy.cell(beside).state() == CellState::Occupied)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use volume::{DepthNoise, DepthRange, DepthView, OccupancyConfig};
+
+    use super::*;
+
+    /// The same, step by step.
+    fn plain_score(known: &KnownSpace<'_>, place: &Point3<f64>) -> i32 {
+        let grid = known.occupancy.grid();
+        let state = |place: &Point3<f64>| known.occupancy.cell(grid.key(place)).state();
+        let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| known.beside_m * axis);
+        let mut beside = steps.iter().flat_map(|step| [place + step, place - step]);
+        let is_on_surface = state(place) == CellState::Occupied
+            || beside.any(|place| state(&place) == CellState::Occupied);
+        let is_free =
+            state(place) == CellState::Free && !known.occupancy.is_near_surface(grid.key(place), 1);
+        i32::from(is_on_surface) - i32::from(!is_on_surface && is_free)
+    }
+
+    proptest! {
+        #[test]
+        fn places_score_as_step_by_step(
+            surfaces in prop::collection::vec(prop::array::uniform3(-3..3_i32), 0..20),
+            free in prop::collection::vec(prop::array::uniform3(-3..3_i32), 0..80),
+            places in prop::collection::vec(prop::array::uniform3(-0.32..0.32_f64), 40),
+        ) {
+            let edge_m = 0.08;
+            let config = OccupancyConfig { edge_m, ..OccupancyConfig::default() };
+            let mut occupancy = Occupancy::new(config).unwrap();
+            let voxel = |[x, y, z]: [i32; 3]| VoxelKey { x, y, z };
+            free.into_iter().for_each(|free| occupancy.take_for_free(voxel(free)));
+            let nothing = DepthView::new(DepthRange::default(), DepthNoise::default()).unwrap();
+            for cycle in 1..6 {
+                occupancy.begin_cycle(geometry::Stamp::from_secs_nanos(cycle, 0));
+                occupancy.integrate(&nothing, surfaces.iter().map(|surface| voxel(*surface)));
+            }
+            let known = KnownSpace { occupancy: &occupancy, beside_m: BESIDE_EDGES * edge_m };
+            for place in places.into_iter().map(Point3::from) {
+                prop_assert_eq!(known.score_of(&place), plain_score(&known, &place), "{}", place);
+            }
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! What each point of a cycle is, by what is known of its place.
 
-use nalgebra::Point3;
+use nalgebra::{Point3, UnitQuaternion};
 use volume::{AS_NEAR, Place, is_missed_long_enough};
 
 use super::FreeSpaceSegmenter;
@@ -82,29 +82,32 @@ impl FreeSpaceSegmenter {
 
     /// What each point is, by what is known of its place.
     pub(super) fn classes(&self, points: &CyclePoints<'_>, known: &[Known]) -> Vec<PointClass> {
-        let class = |(point, &known): (usize, &Known)| {
-            if !self.is_in_reach(points, point) {
-                return PointClass::Background;
-            }
-            if self.is_of_floor(&points.in_map[point]) {
-                // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor was hit
-                // there or beside, whether or not rays to what is behind have passed over it.
-                let is_foot = known != Known::Background && self.was_seen_empty(points, point);
-                return if is_foot { PointClass::SeenEmpty } else { PointClass::Background };
-            }
-            match known {
-                Known::Background => PointClass::Background,
-                Known::Unknown if self.was_seen_empty(points, point) => PointClass::SeenEmpty,
-                Known::Unknown => PointClass::Unknown,
-                Known::Free if self.occupancy.is_near_surface(points.voxels[point], 1) => {
-                    PointClass::InFreeSpaceBesideSurface
-                }
-                Known::Free => PointClass::InFreeSpace,
-            }
-        };
+        let class = |(point, &known): (usize, &Known)| self.class_of_one(points, point, known);
         let mut classes: Vec<PointClass> = known.iter().enumerate().map(class).collect();
         self.leave_what_is_no_body(points, &mut classes);
         classes
+    }
+
+    /// What a point is by its own place, whatever is around it.
+    fn class_of_one(&self, points: &CyclePoints<'_>, point: usize, known: Known) -> PointClass {
+        if !self.is_in_reach(points, point) {
+            return PointClass::Background;
+        }
+        if self.is_of_floor(&points.in_map[point]) {
+            // Where the floor itself is too dark to be seen, all of that voxel is the foot's: no floor was hit
+            // there or beside, whether or not rays to what is behind have passed over it.
+            let is_foot = known != Known::Background && self.was_seen_empty(points, point);
+            return if is_foot { PointClass::SeenEmpty } else { PointClass::Background };
+        }
+        match known {
+            Known::Background => PointClass::Background,
+            Known::Unknown if self.was_seen_empty(points, point) => PointClass::SeenEmpty,
+            Known::Unknown => PointClass::Unknown,
+            Known::Free if self.occupancy.is_near_surface(points.voxels[point], 1) => {
+                PointClass::InFreeSpaceBesideSurface
+            }
+            Known::Free => PointClass::InFreeSpace,
+        }
     }
 
     /// Takes what is newly occupied for what it is when the image is turned onto the surfaces known, where there is such a turn
@@ -121,25 +124,46 @@ impl FreeSpaceSegmenter {
         let in_reach: Vec<&Point3<f64>> = in_reach.map(|point| &points.in_map[point]).collect();
         let turn = turn_onto_known(&self.occupancy, &points.camera_in_map, in_reach.into_iter());
         let Some(turn) = turn else { return };
-        let turned = CyclePoints::turned(points.cycle, &self.grid, &turn);
-        let places = turned.voxels.iter().map(|&voxel| self.occupancy.place(voxel));
-        let known: Vec<Known> = places.map(|place| self.known(place)).collect();
-        for (class, turned) in classes.iter_mut().zip(self.classes(&turned, &known)) {
-            if class.is_newly_occupied() && !turned.is_newly_occupied() {
-                *class = turned;
+        for (point, class) in self.newly_occupied_if_turned(points, classes, &turn) {
+            if !class.is_newly_occupied() {
+                classes[point] = class;
             }
         }
+    }
+
+    /// The points that are newly occupied, each with what it is when the image is turned.
+    pub(super) fn newly_occupied_if_turned(
+        &self,
+        points: &CyclePoints<'_>,
+        classes: &[PointClass],
+        turn: &UnitQuaternion<f64>,
+    ) -> Vec<(usize, PointClass)> {
+        let turned = CyclePoints::turned(points.cycle, &self.grid, turn);
+        let known = |point: usize| self.known(self.occupancy.place(turned.voxels[point]));
+        let asked = (0..classes.len()).filter(|&point| classes[point].is_newly_occupied());
+        let mut explained: Vec<(usize, PointClass)> =
+            asked.map(|point| (point, self.class_of_one(&turned, point, known(point)))).collect();
+        if explained.iter().any(|&(point, class)| self.shows_no_return(&turned, point, class)) {
+            // These may be of a surface: the points around them decide.
+            let known: Vec<Known> = (0..turned.count()).map(known).collect();
+            let all = self.classes(&turned, &known);
+            explained.iter_mut().for_each(|(point, class)| *class = all[*point]);
+        }
+        explained
+    }
+
+    /// Whether a point came into view where nothing had returned, without being seen before.
+    fn shows_no_return(&self, points: &CyclePoints<'_>, point: usize, class: PointClass) -> bool {
+        class == PointClass::SeenEmpty
+            && !self.recent_views.was_empty(&points.in_map[point], 0.0).from_near
     }
 
     /// Takes what came into view without being seen before, where nothing had returned, for what it may be: a surface, unless it is no
     /// larger than a body. A person right before the lens, nearer than the camera can measure, leaves no return in half of the image,
     /// and what is behind appears when she has passed.
     fn leave_what_is_no_body(&self, points: &CyclePoints<'_>, classes: &mut [PointClass]) {
-        let only_no_return = |&point: &usize| {
-            classes[point] == PointClass::SeenEmpty
-                && !self.recent_views.was_empty(&points.in_map[point], 0.0).from_near
-        };
-        let seeds: Vec<usize> = (0..points.count()).filter(only_no_return).collect();
+        let no_return = |&point: &usize| self.shows_no_return(points, point, classes[point]);
+        let seeds: Vec<usize> = (0..points.count()).filter(no_return).collect();
         if seeds.is_empty() {
             return;
         }

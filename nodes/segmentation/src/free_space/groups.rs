@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use geometry::VoxelKey;
+use geometry::{BuildVoxelHasher, VoxelKey};
 use nalgebra::Point3;
 
 use super::FreeSpaceSegmenter;
@@ -112,29 +112,30 @@ impl FreeSpaceSegmenter {
 struct NearSeeds<'a> {
     reach_m: f64,
     height_m: f64,
-    /// Squares of the reach's edge.
-    cells: HashMap<[i64; 2], Vec<&'a Point3<f64>>>,
+    /// Columns of the reach's edge, by x and y. Looked up by key alone.
+    cells: HashMap<VoxelKey, Vec<&'a Point3<f64>>, BuildVoxelHasher>,
 }
 
 impl<'a> NearSeeds<'a> {
     fn of(points: &'a CyclePoints<'_>, seeds: &[usize], config: &FreeSpaceConfig) -> Self {
         let (reach_m, height_m) = (config.max_object_width_m / 2.0, config.max_object_height_m);
-        let mut near = Self { reach_m, height_m, cells: HashMap::new() };
+        let mut near = Self { reach_m, height_m, cells: HashMap::default() };
         for seed in seeds.iter().filter_map(|seed| points.in_map.get(*seed)) {
             near.cells.entry(near.cell(seed)).or_default().push(seed);
         }
         near
     }
 
-    fn cell(&self, point: &Point3<f64>) -> [i64; 2] {
-        [point.x, point.y].map(|along_m| (along_m / self.reach_m).floor() as i64)
+    fn cell(&self, point: &Point3<f64>) -> VoxelKey {
+        let [x, y] = [point.x, point.y].map(|along_m| (along_m / self.reach_m).floor() as i32);
+        VoxelKey { x, y, z: 0 }
     }
 
     /// Whether a body with one of the seeds reaches a point.
     fn has(&self, point: &Point3<f64>) -> bool {
-        let [x, y] = self.cell(point);
-        let around = |of: i64| of.saturating_sub(1)..=of.saturating_add(1);
-        around(x).flat_map(|x| around(y).map(move |y| [x, y])).any(|cell| {
+        let VoxelKey { x, y, z } = self.cell(point);
+        let around = |of: i32| of.saturating_sub(1)..=of.saturating_add(1);
+        around(x).flat_map(|x| around(y).map(move |y| VoxelKey { x, y, z })).any(|cell| {
             self.cells.get(&cell).is_some_and(|seeds| {
                 seeds.iter().any(|seed| {
                     (point.xy() - seed.xy()).norm() <= self.reach_m

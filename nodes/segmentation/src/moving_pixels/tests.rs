@@ -112,7 +112,7 @@ proptest! {
             pixels.clone().filter(is_border).map(|(column, row)| (row * width + column) as u32).collect();
         prop_assert_eq!(border_of(&is_moving, width as usize), expected);
         let mut widened = is_moving.clone();
-        widen(&mut widened, width as usize);
+        Margin::default().add(&mut widened, width as usize);
         for ((column, row), is_widened) in pixels.zip(widened) {
             let around = -margin..=margin;
             let is_near = around.clone().any(|y| around.clone().any(|x| at(column + x, row + y) == Some(true)));
