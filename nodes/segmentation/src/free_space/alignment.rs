@@ -45,20 +45,30 @@ pub(super) fn turn_onto_known<'a>(
     let known = KnownSpace { occupancy, beside_m: BESIDE_EDGES * occupancy.grid().edge_m() };
     let of_known = points_in_map.step_by(every).filter(|point| known.says_something(point));
     let rays_m: Vec<Vector3<f64>> = of_known.map(|point| point - camera_in_map).collect();
-    let tried = |turn_rad: Vector3<f64>| {
+    let most = rays_m.len() as i32;
+    let tried = |turn_rad: Vector3<f64>, more_than: i32| {
         let turn = UnitQuaternion::from_scaled_axis(turn_rad).to_rotation_matrix();
-        let turned = rays_m.iter().map(|ray_m| camera_in_map + turn * ray_m);
-        Tried { turn_rad, score: turned.map(|place| known.score_of(&place)).sum() }
+        let mut score = most;
+        for ray_m in &rays_m {
+            score -= 1 - known.score_of(&(camera_in_map + turn * ray_m));
+            if score <= more_than {
+                break;
+            }
+        }
+        Tried { turn_rad, score }
     };
-    let told = tried(Vector3::zeros());
+    let is_worth_it = |gained: i32| f64::from(gained) > LEAST_GAIN * rays_m.len() as f64;
+    let told = tried(Vector3::zeros(), i32::MIN);
+    if !is_worth_it(most - told.score) {
+        return None;
+    }
     let found = best_from(told, tried);
-    let gained = f64::from(found.score - told.score);
-    (gained > LEAST_GAIN * rays_m.len() as f64)
-        .then(|| UnitQuaternion::from_scaled_axis(found.turn_rad))
+    is_worth_it(found.score - told.score).then(|| UnitQuaternion::from_scaled_axis(found.turn_rad))
 }
 
-/// The best turn that the search comes to.
-fn best_from(told: Tried, tried: impl Fn(Vector3<f64>) -> Tried) -> Tried {
+/// The best turn that the search comes to. `tried` scores a turn; it may end as soon as it is clear that the turn scores no more than so
+/// much, with a score that is no more than that either.
+fn best_from(told: Tried, tried: impl Fn(Vector3<f64>, i32) -> Tried) -> Tried {
     let mut best = told;
     for step_rad in STEPS_RAD {
         while let Some(better) = better_beside(best, step_rad, &tried) {
@@ -76,12 +86,13 @@ fn best_from(told: Tried, tried: impl Fn(Vector3<f64>) -> Tried) -> Tried {
 fn better_beside(
     from: Tried,
     step_rad: f64,
-    tried: impl Fn(Vector3<f64>) -> Tried,
+    tried: impl Fn(Vector3<f64>, i32) -> Tried,
 ) -> Option<Tried> {
     let steps = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| step_rad * axis);
     let beside = steps.iter().flat_map(|step| [from.turn_rad + step, from.turn_rad - step]);
     let allowed = beside.filter(|turn_rad| turn_rad.amax() <= LARGEST_RAD);
-    allowed.map(tried).max_by_key(|tried| tried.score).filter(|best| best.score > from.score)
+    let tried = allowed.map(|turn_rad| tried(turn_rad, from.score));
+    tried.max_by_key(|tried| tried.score).filter(|best| best.score > from.score)
 }
 
 /// What is known of space.
@@ -131,6 +142,8 @@ mod tests {
 
     use super::*;
 
+    const EDGE_M: f64 = 0.08;
+
     /// The same, step by step.
     fn plain_score(known: &KnownSpace<'_>, place: &Point3<f64>) -> i32 {
         let grid = known.occupancy.grid();
@@ -144,24 +157,76 @@ mod tests {
         i32::from(is_on_surface) - i32::from(!is_on_surface && is_free)
     }
 
+    /// The same, with all points of each turn.
+    fn plain_turn(
+        occupancy: &Occupancy,
+        camera_in_map: &Point3<f64>,
+        points_in_map: &[Point3<f64>],
+    ) -> Option<UnitQuaternion<f64>> {
+        let beside_m = BESIDE_EDGES * occupancy.grid().edge_m();
+        let known = KnownSpace { occupancy, beside_m };
+        let of_known = points_in_map.iter().filter(|point| known.says_something(point));
+        let rays_m: Vec<Vector3<f64>> = of_known.map(|point| point - camera_in_map).collect();
+        let tried = |turn_rad: Vector3<f64>, _: i32| {
+            let turn = UnitQuaternion::from_scaled_axis(turn_rad).to_rotation_matrix();
+            let places = rays_m.iter().map(|ray_m| camera_in_map + turn * ray_m);
+            Tried { turn_rad, score: places.map(|place| plain_score(&known, &place)).sum() }
+        };
+        let told = tried(Vector3::zeros(), 0);
+        let found = best_from(told, tried);
+        (f64::from(found.score - told.score) > LEAST_GAIN * rays_m.len() as f64)
+            .then(|| UnitQuaternion::from_scaled_axis(found.turn_rad))
+    }
+
+    /// What was seen for some cycles: free space, and surfaces in it.
+    fn known(free: &[VoxelKey], surfaces: &[VoxelKey]) -> Occupancy {
+        let config = OccupancyConfig { edge_m: EDGE_M, ..OccupancyConfig::default() };
+        let mut occupancy = Occupancy::new(config).unwrap();
+        free.iter().for_each(|free| occupancy.take_for_free(*free));
+        let nothing = DepthView::new(DepthRange::default(), DepthNoise::default()).unwrap();
+        for cycle in 1..6 {
+            occupancy.begin_cycle(geometry::Stamp::from_secs_nanos(cycle, 0));
+            occupancy.integrate(&nothing, surfaces.iter().copied());
+        }
+        occupancy
+    }
+
     proptest! {
+        /// A wall with holes, turned and with noise.
+        #[test]
+        fn the_turn_is_that_of_all_points(
+            holes in prop::collection::vec((-9..9_i32, -9..9_i32), 0..60),
+            turn_rad in prop::array::uniform3(-0.05..0.05_f64),
+            noise_m in prop::collection::vec(-0.06..0.06_f64, 324),
+        ) {
+            let all = (-9..9).flat_map(|y| (-9..9).map(move |z| (y, z)));
+            let wall = all.filter(|cell| !holes.contains(cell));
+            let wall: Vec<VoxelKey> = wall.map(|(y, z)| VoxelKey { x: 25, y, z }).collect();
+            let before = wall.iter().flat_map(|wall| [23, 24].map(|x| VoxelKey { x, ..*wall }));
+            let occupancy = known(&before.collect::<Vec<_>>(), &wall);
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn_rad));
+            let seen = wall.iter().zip(noise_m).map(|(voxel, noise_m)| {
+                turn * (occupancy.grid().middle_m(*voxel) + noise_m * Vector3::x())
+            });
+            let seen: Vec<Point3<f64>> = seen.collect();
+            let camera = Point3::origin();
+            prop_assert_eq!(
+                turn_onto_known(&occupancy, &camera, seen.iter()),
+                plain_turn(&occupancy, &camera, &seen)
+            );
+        }
+
         #[test]
         fn places_score_as_step_by_step(
             surfaces in prop::collection::vec(prop::array::uniform3(-3..3_i32), 0..20),
             free in prop::collection::vec(prop::array::uniform3(-3..3_i32), 0..80),
             places in prop::collection::vec(prop::array::uniform3(-0.32..0.32_f64), 40),
         ) {
-            let edge_m = 0.08;
-            let config = OccupancyConfig { edge_m, ..OccupancyConfig::default() };
-            let mut occupancy = Occupancy::new(config).unwrap();
-            let voxel = |[x, y, z]: [i32; 3]| VoxelKey { x, y, z };
-            free.into_iter().for_each(|free| occupancy.take_for_free(voxel(free)));
-            let nothing = DepthView::new(DepthRange::default(), DepthNoise::default()).unwrap();
-            for cycle in 1..6 {
-                occupancy.begin_cycle(geometry::Stamp::from_secs_nanos(cycle, 0));
-                occupancy.integrate(&nothing, surfaces.iter().map(|surface| voxel(*surface)));
-            }
-            let known = KnownSpace { occupancy: &occupancy, beside_m: BESIDE_EDGES * edge_m };
+            let voxels = |cells: Vec<[i32; 3]>| -> Vec<VoxelKey> {
+                cells.into_iter().map(|[x, y, z]| VoxelKey { x, y, z }).collect()
+            };
+            let occupancy = known(&voxels(free), &voxels(surfaces));
+            let known = KnownSpace { occupancy: &occupancy, beside_m: BESIDE_EDGES * EDGE_M };
             for place in places.into_iter().map(Point3::from) {
                 prop_assert_eq!(known.score_of(&place), plain_score(&known, &place), "{}", place);
             }
