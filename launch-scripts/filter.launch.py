@@ -24,6 +24,8 @@ INPUTS = [
     ('scan', 'scan', 'LaserScan of the 2D scanner'),
     ('depth_image', 'depth/image', 'depth image of the camera, 16UC1 or 32FC1'),
     ('depth_camera_info', 'depth/camera_info', 'calibration of the depth camera'),
+    ('rgb_image', 'rgb/image', 'raw image of the colour camera, for static_rgb'),
+    ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera'),
     ('points', 'points', 'PointCloud2 of the camera, for rigs with `input: points`, or for static_points'),
     ('pose', 'pose', 'PoseStamped of the rig in the map'),
 ]
@@ -34,7 +36,8 @@ CONSUMERS = {
     # Images are best effort: qos 2.
     'rtabmap': (
         'rtabmap_slam', 'rtabmap', 'rtabmap',
-        [('scan', 'static_scan'), ('depth/image', 'static_depth/image')], {'qos_image': 2}),
+        [('scan', 'static_scan'), ('rgb/image', 'static_rgb/image'), ('rgb/camera_info', 'static_rgb/camera_info'),
+         ('depth/image', 'static_depth/image')], {'qos_image': 2, 'qos_camera_info': 2}),
     'nvblox': (
         'nvblox_ros', 'nvblox_node', 'nvblox_node',
         [('camera_0/depth/image', 'static_depth/image'), ('camera_0/depth/camera_info', 'static_depth/camera_info')],

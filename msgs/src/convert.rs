@@ -59,7 +59,7 @@ pub use cycle::{
 pub use depth::{depth_from_message, message_from_depth};
 pub use distance::{field_from_distances, message_from_distances};
 pub use error::ConvertError;
-pub use filtered::{cloud_without, depth_without, dynamic_scan, static_scan};
+pub use filtered::{cloud_without, colour_without, depth_without, dynamic_scan, static_scan};
 pub use labels::{labels_from_message, message_from_labels};
 pub use lidar_cloud::{
     LidarCloudReading, PointTimes, TimeOrigin, TimeUnit, lidar_cloud_from_message,

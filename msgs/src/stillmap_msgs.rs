@@ -62,6 +62,8 @@ pub struct CycleSetup {
     pub rig_from_camera: Pose,
     /// Pose of the scanner in the rig.
     pub rig_from_lidar: Pose,
+    /// Pose of the depth camera in the colour camera.
+    pub colour_from_depth: Pose,
 }
 ros_message!(CycleSetup, "stillmap_msgs");
 

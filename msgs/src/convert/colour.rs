@@ -64,6 +64,47 @@ pub fn colour_image_from_message(message: &Image) -> Result<ColourImage, Convert
     Ok(ColourImage::new(stamp, size_px, pixels)?)
 }
 
+/// How a colour image says that a pixel is black.
+pub(super) struct BlackPixel {
+    /// Bytes of a pixel.
+    pub(super) record_bytes: usize,
+    /// The first of these; the others, as of opacity, say nothing of it.
+    pub(super) bytes: &'static [u8],
+    /// Whether two neighbours of a row share their colour.
+    pub(super) is_of_pairs: bool,
+}
+
+impl BlackPixel {
+    /// By the encodings of `sensor_msgs/image_encodings.hpp` whose pixels lie one behind the other. Zeros are black in either byte
+    /// order.
+    ///
+    /// # Errors
+    /// When the encoding is another.
+    pub(super) fn of(message: &Image) -> Result<Self, ConvertError> {
+        let of = |record_bytes, bytes: &'static [u8]| (record_bytes, bytes, false);
+        let (record_bytes, bytes, is_of_pairs) = match message.encoding.as_str() {
+            "rgb8" | "bgr8" | "8UC3" => of(3, &[0; 3]),
+            "rgba8" | "bgra8" | "8UC4" => of(4, &[0; 3]),
+            "rgb16" | "bgr16" | "16UC3" => of(6, &[0; 6]),
+            "rgba16" | "bgra16" | "16UC4" => of(8, &[0; 6]),
+            "mono8" | "8UC1" | "bayer_rggb8" | "bayer_bggr8" | "bayer_gbrg8" | "bayer_grbg8" => {
+                of(1, &[0])
+            }
+            "mono16" | "bayer_rggb16" | "bayer_bggr16" | "bayer_gbrg16" | "bayer_grbg16" => {
+                of(2, &[0; 2])
+            }
+            // Two bytes each: a part of the colour, which is grey in the middle, and the luminance; or the other way round.
+            "yuv422" | "uyvy" => (2, &[128, 0][..], true),
+            "yuv422_yuy2" | "yuyv" => (2, &[0, 128][..], true),
+            other => {
+                let wanted = "colour image that can be masked: rgb, bgr, rgba, bgra, mono and bayer of 8 or 16 bits, and yuv422 are";
+                return Err(ConvertError::Encoding { encoding: excerpt(other), wanted });
+            }
+        };
+        Ok(Self { record_bytes, bytes, is_of_pairs })
+    }
+}
+
 /// The message of a colour image, `rgb8` without padding.
 #[must_use]
 pub fn message_from_colour_image(image: &ColourImage, frame_id: &str) -> Image {

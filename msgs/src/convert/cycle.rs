@@ -197,6 +197,7 @@ fn setup_from_message(message: &stillmap_msgs::CycleSetup) -> Result<CycleSetup,
             rig_from_camera: isometry_from_pose(&message.rig_from_camera)?,
             rig_from_lidar: isometry_from_pose(&message.rig_from_lidar)?,
         },
+        colour_from_depth: isometry_from_pose(&message.colour_from_depth)?,
     })
 }
 
@@ -208,6 +209,7 @@ fn message_from_setup(setup: &CycleSetup) -> stillmap_msgs::CycleSetup {
         max_stop: setup.max_stop_s,
         rig_from_camera: pose_from_isometry(&setup.mounts.rig_from_camera),
         rig_from_lidar: pose_from_isometry(&setup.mounts.rig_from_lidar),
+        colour_from_depth: pose_from_isometry(&setup.colour_from_depth),
     }
 }
 
@@ -233,6 +235,9 @@ mod tests {
     use super::*;
     use crate::cdr;
     use crate::convert::{message_from_zones, zones_from_message};
+    use crate::geometry_msgs::{Pose, Quaternion};
+
+    const NO_TURN: Quaternion = Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 0.0 };
 
     fn cycle(points_m: Vec<Point3<f32>>, pose: &[f64; 6]) -> DetectedCycle {
         let voxel_points = (1..).take(points_m.len()).collect();
@@ -247,6 +252,7 @@ mod tests {
                     rig_from_camera: pose_from_vector(pose),
                     rig_from_lidar: pose_from_vector(&[0.1, -0.02, -0.8, 0.1, 0.2, 0.3]),
                 },
+                colour_from_depth: pose_from_vector(&[-0.052, 0.001, 0.002, 0.01, 0.0, -0.01]),
             },
             scan_stamp: Stamp::from_nanos(1_700_000_000_100_000_000),
             reduced_cloud: Cloud {
@@ -371,6 +377,14 @@ mod tests {
             detected_cycle_from_message(&shrunk),
             Err(ConvertError::Quaternion { .. })
         ));
+        for spoil in [
+            |colour_from_depth: &mut Pose| colour_from_depth.orientation = NO_TURN,
+            |colour_from_depth: &mut Pose| colour_from_depth.position.x = f64::NAN,
+        ] {
+            let mut nowhere = whole.clone();
+            spoil(&mut nowhere.setup.colour_from_depth);
+            assert!(detected_cycle_from_message(&nowhere).is_err(), "{:?}", nowhere.setup);
+        }
         let mut twice = whole.clone();
         twice.map_from_continuous.push(twice.map_from_rig);
         assert!(matches!(

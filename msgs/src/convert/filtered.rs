@@ -7,6 +7,7 @@ use geometry::{BeamFill, MovingBeam};
 
 use super::ConvertError;
 use super::cloud::layout::FieldPlace;
+use super::colour::BlackPixel;
 use super::depth::unmeasured_pixel;
 use super::rows::{Rows, StatedSizes};
 use crate::sensor_msgs::{Image, LaserScan, PointCloud2};
@@ -55,19 +56,51 @@ pub fn depth_without(
     removed: bool,
 ) -> Result<Image, ConvertError> {
     let nothing = unmeasured_pixel(message)?;
+    image_without(message, is_moving, removed, (nothing.len(), nothing))
+}
+
+/// The colour image without the pixels whose entry in `is_moving`, row by row, is `removed`: they are black, and as opaque as they
+/// were. Of two pixels that share their colour (`yuv422`) both are taken for moving where one of them is.
+///
+/// # Errors
+/// When the encoding is none of which it is known what is black, or the mask is of another size.
+pub fn colour_without(
+    message: &Image,
+    is_moving: &[bool],
+    removed: bool,
+) -> Result<Image, ConvertError> {
+    let black = BlackPixel::of(message)?;
+    let record = (black.record_bytes, black.bytes);
+    if !black.is_of_pairs {
+        return image_without(message, is_moving, removed, record);
+    }
+    let mut pairs = is_moving.to_vec();
+    for row in pairs.chunks_mut((message.width as usize).max(1)) {
+        row.chunks_mut(2).for_each(|pair| pair.fill(pair.contains(&true)));
+    }
+    image_without(message, &pairs, removed, record)
+}
+
+/// The image with these bytes at the beginning of each record whose entry in `is_moving` is `removed`.
+fn image_without(
+    message: &Image,
+    is_moving: &[bool],
+    removed: bool,
+    (record_bytes, bytes): (usize, &[u8]),
+) -> Result<Image, ConvertError> {
     let sizes = StatedSizes {
         message: "Image",
         width: message.width,
         height: message.height,
-        record_bytes: nothing.len() as u32,
+        record_bytes: record_bytes as u32,
         step: message.step,
     };
     let rows = Rows::checked(&message.data, &sizes)?;
     check_mask("Image", is_moving, &rows)?;
     let mut filtered = message.clone();
-    let starts = rows.record_starts(nothing.len()).zip(is_moving);
+    let starts = rows.record_starts(record_bytes).zip(is_moving);
     for (start, _) in starts.filter(|(_, is_moving)| **is_moving == removed) {
-        overwrite(&mut filtered.data, start, nothing);
+        overwrite(&mut filtered.data, start, bytes);
     }
     Ok(filtered)
 }

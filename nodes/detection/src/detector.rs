@@ -13,8 +13,9 @@ use finder::Finder;
 use geometry::{
     Cloud, CloudCamera, CycleSetup, DepthFrame, DepthLimits, DepthProjector, DetectedCycle,
     MapPath, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan,
-    ScanError, VoxelAccumulator, check_pose, pose_vector,
+    ScanError, UnusablePose, VoxelAccumulator, check_pose, pose_vector,
 };
+use nalgebra::Isometry3;
 use surround::{ScanBeams, Surround};
 
 /// Finds the dynamic zones of each cycle and reduces its cloud (Rec-HV 3.3.2).
@@ -156,6 +157,19 @@ impl Detector {
         };
         rig.validate()?;
         self.setup.mounts = *mounts;
+        Ok(())
+    }
+
+    /// Takes the place of the colour camera, for who masks its images: the cycles carry it.
+    ///
+    /// # Errors
+    /// When it is none.
+    pub fn set_colour_from_depth(
+        &mut self,
+        colour_from_depth: &Isometry3<f64>,
+    ) -> Result<(), UnusablePose> {
+        check_pose(colour_from_depth)?;
+        self.setup.colour_from_depth = *colour_from_depth;
         Ok(())
     }
 

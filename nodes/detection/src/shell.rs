@@ -121,8 +121,8 @@ geometry::parameters! {
         // Two thirds of the time between two images of a Kinect.
         max_colour_offset_s: f64 = 0.02, positive, read_with("method", "free_space");
         /// Pose of the depth camera in the colour camera, both by their optical frames: [x_m, y_m, z_m, yaw_rad, pitch_rad,
-        /// roll_rad]. Zeros where the driver has registered the depth images.
-        colour_from_depth: [f64; 6] = [0.0; 6], read_with("method", "free_space");
+        /// roll_rad]. Zeros where the driver has registered the depth images. By it the map gets its colours, and static_rgb its mask.
+        colour_from_depth: [f64; 6] = [0.0; 6];
         /// How often it is checked whether the scan lies on the surfaces that the camera sees; 0 turns the check off. The outcome
         /// is on /diagnostics, a warning when it does not: then calibrate anew (stillmap calibrate).
         // A knock is reported in some five seconds, for a few milliseconds of each.

@@ -142,13 +142,18 @@ impl CameraModel {
     /// is so far off the axis that the lens model folds over and no longer describes the lens.
     #[must_use]
     pub fn project(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
+        self.project_beyond(point_in_camera).filter(|pixel| self.contains(pixel))
+    }
+
+    /// The same where it falls beside the image, too, as the middle of what reaches into it.
+    #[must_use]
+    pub fn project_beyond(&self, point_in_camera: &Point3<f64>) -> Option<Point2<f64>> {
         if point_in_camera.z <= 0.0 {
             return None;
         }
         let ray = point_in_camera.xy().coords / point_in_camera.z;
         let seen = self.distortion.distort(&ray)?;
-        let pixel = Point2::new(self.fx_px * seen.x + self.cx_px, self.fy_px * seen.y + self.cy_px);
-        self.contains(&pixel).then_some(pixel)
+        Some(Point2::new(self.fx_px * seen.x + self.cx_px, self.fy_px * seen.y + self.cy_px))
     }
 
     /// The ray of a pixel, `(x / z, y / z)` in the camera frame: the point that the pixel sees at a

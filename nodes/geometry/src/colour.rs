@@ -13,6 +13,17 @@ pub const NO_COLOUR: [u8; 3] = [0; 3];
 /// The colour of what is black.
 pub const DARKEST: [u8; 3] = [1; 3];
 
+crate::choices! {
+    /// What a filtered colour image has in place of what moves.
+    #[derive(Default)]
+    pub enum ColourFill {
+        /// Black.
+        Black = "black" as default,
+        /// What moves: the image passes as it came, at once.
+        None = "none",
+    }
+}
+
 /// A colour image: red, green and blue of each pixel.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ColourImage {

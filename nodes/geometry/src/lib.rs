@@ -66,8 +66,8 @@ mod zone;
 pub use camera::{CameraModel, CameraModelError, Distortion, DistortionError, RayTable};
 pub use cloud::{Cloud, ColouredCloud, is_finite};
 pub use colour::{
-    ColourImage, ColourRegistration, ColourRegistrationError, ColourSizeError, DARKEST, NO_COLOUR,
-    seen_colour,
+    ColourFill, ColourImage, ColourRegistration, ColourRegistrationError, ColourSizeError, DARKEST,
+    NO_COLOUR, seen_colour,
 };
 pub use cycle::{DetectedCycle, SegmentationCounts, SegmentedCycle};
 pub use depth::{DepthImage, DepthPixels, DepthSizeError};

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use nalgebra::Isometry3;
+
 use crate::rig::mount_text;
 use crate::{
     ExtrinsicsSource, Method, ParameterError, RigConfig, RigMounts, VoxelGrid, is_same_mount,
@@ -48,6 +50,9 @@ pub struct CycleSetup {
     pub max_stop_s: f64,
     /// Where camera and scanner were.
     pub mounts: RigMounts,
+    /// Takes a point of the depth camera's optical frame to that of the colour camera, by detection's parameter; the identity
+    /// without one. No node compares it: detection alone is told.
+    pub colour_from_depth: Isometry3<f64>,
 }
 
 impl Default for CycleSetup {
@@ -133,6 +138,7 @@ impl PipelineConfig {
             map_edge_m: self.depth_map_edge_m().unwrap_or(0.0),
             max_stop_s: if self.method == Method::FreeSpace { self.max_stop_s } else { 0.0 },
             mounts: self.rig.mounts(),
+            colour_from_depth: Isometry3::identity(),
         }
     }
 
@@ -233,6 +239,16 @@ mod tests {
         assert!(by_tf.check(&setup, "rig").is_err(), "the camera's mount is a parameter");
         by_tf.rig.extrinsics = ExtrinsicsSource::TfFromRig;
         assert_eq!(by_tf.check(&setup, "rig"), Ok(()));
+    }
+
+    #[test]
+    fn the_place_of_the_colour_camera_is_taken_as_the_cycle_has_it() {
+        let config = PipelineConfig::default();
+        let colour_from_depth = Isometry3::translation(-0.05, 0.0, 0.0);
+        assert_eq!(
+            config.check(&CycleSetup { colour_from_depth, ..config.setup() }, "rig"),
+            Ok(())
+        );
     }
 
     #[test]

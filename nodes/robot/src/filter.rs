@@ -23,6 +23,7 @@ use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
 use crate::open_bag::open_bag_while;
 use crate::progress::Progress;
+use crate::run::colour_topics::ColourTopics;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
 use crate::run::pipeline::Pipeline;
@@ -39,7 +40,8 @@ const FILTERED_KEPT: usize = 1024;
   stillmap filter room.mcap -o room_static.mcap --scan /laser/scan
 
 Every message of the bag is in the other one, in its order and byte for byte, except those of the scanner and of the depth
-camera (images, or clouds with --points): in their place, with their stamps, are the same without what moves.")]
+camera (images, or clouds with --points): in their place, with their stamps, are the same without what moves. With --colour so
+are the images of the colour camera, black where something moves.")]
 pub struct FilterArgs {
     /// A bag (MCAP, sqlite3 or ROS 1, recognised by its content) or a rosbag2 folder
     bag: PathBuf,
@@ -51,6 +53,9 @@ pub struct FilterArgs {
     /// known
     #[arg(long, value_parser = ["nan", "background"])]
     fill: Option<String>,
+    /// Make what moves black in the raw images of the colour camera, too (--image names their topic)
+    #[arg(long)]
+    colour: bool,
     #[command(flatten)]
     parameters: ParameterArgs,
     /// Print the summary as JSON
@@ -68,6 +73,8 @@ struct Printed {
     scans_without_cycle: u64,
     scans: Replaced,
     views: Replaced,
+    /// Of the colour camera; none without --colour.
+    colours: Replaced,
     /// Topics of sensors that are as they were, though what moves may be in them.
     not_filtered: Vec<String>,
 }
@@ -79,8 +86,11 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
     let bag = open_bag_while(&args.bag, interrupt)?;
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
-    let (inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
+    let (mut inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
     note.into_iter().for_each(console::note);
+    if args.colour {
+        inputs.colour = Some(ColourTopics::to_be_masked(&args.topics, &inputs.view, &bag, &info)?);
+    }
     // The filtered messages are the bag's own.
     parameters.set_colour(ColourInput::None);
     let longest_s = parameters.detection().max_wait_s + SPARE_WAIT_S;
@@ -140,6 +150,8 @@ struct Job<'a> {
     pipeline: Pipeline,
     scans: Subscription<LaserScan>,
     images: Subscription<Image>,
+    /// None without --colour: the filter makes nothing of the colour images then.
+    colours: Option<Subscription<Image>>,
     points: Subscription<PointCloud2>,
     queue: Queue,
     copy: BagCopy,
@@ -167,6 +179,12 @@ impl<'a> Job<'a> {
             inputs,
             scans: listener.subscription("static_scan", &qos).map_err(shell)?,
             images: listener.subscription("static_depth/image", &qos).map_err(shell)?,
+            colours: inputs
+                .colour
+                .as_ref()
+                .map(|_| listener.subscription("static_rgb/image", &qos))
+                .transpose()
+                .map_err(shell)?,
             points: listener.subscription("static_points", &qos).map_err(shell)?,
             pipeline,
             queue: Queue::default(),
@@ -201,6 +219,14 @@ impl<'a> Job<'a> {
                 sensors.clouds.publish(Arc::clone(&points))?;
                 Ok(Some(Outgoing::Points(points)))
             }
+            _ if self.inputs.colour.as_ref().is_some_and(|colour| topic == colour.image) => {
+                let colour = Arc::new(message.decode::<Image>()?);
+                // The visual odometry has been fed already, on the same topic.
+                if self.inputs.colour_of_map().is_some() {
+                    sensors.colours.publish(Arc::clone(&colour))?;
+                }
+                Ok(Some(Outgoing::Colour(colour)))
+            }
             _ if self.inputs.is_of(topic) => {
                 local::publish(&message, self.inputs, sensors).map(|()| None)
             }
@@ -229,6 +255,9 @@ impl<'a> Job<'a> {
         while let Some(received) = self.images.try_next() {
             self.queue.image_came(&received.message).map_err(encoded)?;
         }
+        while let Some(received) = self.colours.as_ref().and_then(Subscription::try_next) {
+            self.queue.colour_came(&received.message).map_err(encoded)?;
+        }
         while let Some(received) = self.points.try_next() {
             self.queue.points_came(&received.message).map_err(encoded)?;
         }
@@ -255,7 +284,7 @@ impl<'a> Job<'a> {
             unfiltered.push(format!("{topic}: {messages} messages are kept as they are"));
         }
         self.write()?;
-        let (scans, views) = self.queue.replaced();
+        let [scans, views, colours] = self.queue.replaced();
         let record = self.pipeline.finish(&bag.to_string_lossy());
         if let Some(failure) = crate::run::no_cycle(&record) {
             return Err(failure);
@@ -270,6 +299,7 @@ impl<'a> Job<'a> {
             scans_without_cycle,
             scans,
             views,
+            colours,
             not_filtered: Vec::new(),
         };
         Ok(Finished { printed, unfiltered })
@@ -316,6 +346,7 @@ fn others(info: &BagInfo, inputs: &Inputs) -> Vec<String> {
             && !matches!(&inputs.view, ViewTopics::Depth { image, .. }
                 if *image == topic.topic && !inputs.view.is_compressed())
             && !matches!(&inputs.view, ViewTopics::Points(points) if *points == topic.topic)
+            && inputs.colour.as_ref().is_none_or(|colour| colour.image != topic.topic)
     };
     info.topics.iter().filter(is_other).map(|topic| topic.topic.clone()).collect()
 }
@@ -326,8 +357,16 @@ fn print(printed: &Printed, json: bool) -> Result<(), Failure> {
             .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
         return console::print(json);
     }
-    let Printed { path, messages, cycles, scans_without_cycle, scans, views, not_filtered } =
-        printed;
+    let Printed {
+        path,
+        messages,
+        cycles,
+        scans_without_cycle,
+        scans,
+        views,
+        colours,
+        not_filtered,
+    } = printed;
     console::print(format_args!("{}: {messages} messages", path.display()))?;
     console::print(format_args!(
         "scans: {} of {} changed, {} beams taken out; {cycles} cycles, {scans_without_cycle} scans without one",
@@ -337,6 +376,12 @@ fn print(printed: &Printed, json: bool) -> Result<(), Failure> {
         "images or clouds: {} of {} changed, {} pixels or points taken out",
         views.changed, views.messages, views.taken_out
     ))?;
+    if colours.messages > 0 {
+        console::print(format_args!(
+            "colour images: {} of {} changed, {} pixels made black",
+            colours.changed, colours.messages, colours.taken_out
+        ))?;
+    }
     if !not_filtered.is_empty() {
         console::print(format_args!("as they were: {}", not_filtered.join(", ")))?;
     }

@@ -2,7 +2,7 @@
 
 mod chosen;
 mod collector;
-mod colour_topics;
+pub(crate) mod colour_topics;
 pub mod cycles;
 mod dds;
 mod drawings;

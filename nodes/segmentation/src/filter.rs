@@ -4,6 +4,7 @@
 //! carried on by the velocities of their tracks, and seen from where the rig has got to by then.
 
 mod carried;
+mod colour;
 mod verdict;
 
 use std::collections::{HashSet, VecDeque};
@@ -13,11 +14,12 @@ use geometry::{
     BuildVoxelHasher, CameraModel, CloudCamera, DepthFrame, DepthFrameError, DepthImage,
     MovingBeam, OrganisedCloud, Scan, Stamp, VoxelGrid, VoxelKey,
 };
-use nalgebra::{Isometry3, Point3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::floor::Floor;
 use crate::moving_pixels::MovingPixels;
 use carried::rig_pose_at;
+use colour::Views;
 pub use verdict::Verdict;
 
 /// A verdict is carried on for so long. A walker who turns is by then where no constant velocity leads.
@@ -33,6 +35,8 @@ pub struct MotionFilter {
     verdicts: VecDeque<Verdict>,
     moving_pixels: MovingPixels,
     cloud_camera: CloudCamera,
+    /// What the last images show that moves, for those of a colour camera.
+    views: Views,
 }
 
 impl MotionFilter {
@@ -44,14 +48,16 @@ impl MotionFilter {
             verdicts: VecDeque::new(),
             moving_pixels: MovingPixels::new(grid),
             cloud_camera: CloudCamera::default(),
+            views: Views::default(),
         }
     }
 
     /// Takes the verdict of a cycle. One of an earlier time begins anew.
     pub fn take(&mut self, verdict: Verdict) {
         if self.verdicts.back().is_some_and(|last| verdict.scan_stamp <= last.scan_stamp) {
-            self.verdicts.clear();
+            self.clear();
         }
+        self.views.forget_at(verdict.view_stamp);
         if self.verdicts.len() == VERDICTS_KEPT {
             self.verdicts.pop_front();
         }
@@ -61,6 +67,7 @@ impl MotionFilter {
     /// Forgets all verdicts.
     pub fn clear(&mut self) {
         self.verdicts.clear();
+        self.views.clear();
     }
 
     /// Whether a scan of this stamp is decided: no later cycle says more of it.
@@ -85,7 +92,7 @@ impl MotionFilter {
         let middle = scan.stamp.plus_seconds(0.5 * turn_s.clamp(0.0, LONGEST_CARRY_S));
         let verdict = own.or_else(|| self.nearest(middle))?;
         let rig_from_lidar = verdict.mounts.rig_from_lidar;
-        let voxels = self.voxels_of(&self.moving_in_rig(verdict, middle));
+        let voxels = self.voxels_of(&points_of(&self.moving_in_rig(verdict, middle)));
         let known = own.map_or(&[][..], |own| &own.beams);
         let beams = (0..scan.ranges_m.len()).filter_map(|index| {
             let beam = index as u32;
@@ -110,43 +117,48 @@ impl MotionFilter {
         image: &Arc<DepthImage>,
         camera: &CameraModel,
     ) -> Result<Option<Vec<bool>>, DepthFrameError> {
+        self.views.look_at(image.stamp);
         let Some(verdict) = self.nearest(image.stamp) else { return Ok(None) };
+        let rig_from_camera = verdict.mounts.rig_from_camera;
+        let moving = self.moving_in_rig(verdict, image.stamp);
         if let Some(depth) = &verdict.depth
             && verdict.view_stamp == image.stamp
             && depth.frame().camera() == camera
         {
-            return Ok(Some(depth.is_moving().to_vec()));
+            let is_moving = depth.is_moving().to_vec();
+            let frame = Arc::clone(depth.frame());
+            self.views.keep(&frame, &rig_from_camera, (&is_moving, &moving), &self.grid);
+            return Ok(Some(is_moving));
         }
-        let moving = self.moving_in_rig(verdict, image.stamp);
         if moving.is_empty() {
+            self.views.keep_nothing(image.stamp, &rig_from_camera);
             return Ok(Some(vec![false; image.pixels().len()]));
         }
-        let rig_from_camera = verdict.mounts.rig_from_camera;
         let frame = DepthFrame::new(Arc::clone(image), *camera)?;
         let floor_in_rig = self.floor_in_rig(verdict, image.stamp);
-        let (floor, moving) = (floor_in_rig.as_ref(), moving.iter());
-        Ok(Some(self.moving_pixels.mask(&frame, &rig_from_camera, floor, moving)))
+        Ok(Some(self.mask(&frame, &rig_from_camera, floor_in_rig.as_ref(), &moving)))
     }
 
     /// The points of a cloud of `places` points, row by row, that move; `None` where no cycle is near. Where a pinhole camera has
     /// computed the cloud, they are the pixels of its depth image; otherwise the points beside moving ones.
     pub fn points(&mut self, cloud: &OrganisedCloud, places: usize) -> Option<Vec<bool>> {
         let stamp = cloud.cloud().stamp;
+        self.views.look_at(stamp);
         let verdict = self.nearest(stamp)?;
+        let rig_from_camera = verdict.mounts.rig_from_camera;
         let moving = self.moving_in_rig(verdict, stamp);
         let mut is_moving = vec![false; places];
         if moving.is_empty() {
+            self.views.keep_nothing(stamp, &rig_from_camera);
             return Some(is_moving);
         }
-        let rig_from_camera = verdict.mounts.rig_from_camera;
         let floor_in_rig = self.floor_in_rig(verdict, stamp);
         match self.cloud_camera.frame_of_organised(cloud) {
             Ok(frame) if frame.image().pixels().len() == places => {
-                let (floor, moving) = (floor_in_rig.as_ref(), moving.iter());
-                is_moving = self.moving_pixels.mask(&frame, &rig_from_camera, floor, moving);
+                is_moving = self.mask(&frame, &rig_from_camera, floor_in_rig.as_ref(), &moving);
             }
             _ => {
-                let voxels = self.voxels_of(&moving);
+                let voxels = self.voxels_of(&points_of(&moving));
                 let rig_from_camera = rig_from_camera.cast::<f32>();
                 for (point, [column, row]) in cloud.with_pixels() {
                     let is_beside = self.is_beside(&voxels, &(rig_from_camera * point));
@@ -159,6 +171,20 @@ impl MotionFilter {
         Some(is_moving)
     }
 
+    /// The mask of an image, which is kept for those of a colour camera.
+    fn mask(
+        &mut self,
+        frame: &DepthFrame,
+        rig_from_camera: &Isometry3<f64>,
+        floor_in_rig: Option<&Floor>,
+        moving: &[Moving],
+    ) -> Vec<bool> {
+        let points = moving.iter().map(|(point, _)| point);
+        let is_moving = self.moving_pixels.mask(frame, rig_from_camera, floor_in_rig, points);
+        self.views.keep(frame, rig_from_camera, (&is_moving, moving), &self.grid);
+        is_moving
+    }
+
     /// The verdict whose view is nearest in time, the earlier one of two.
     fn nearest(&self, stamp: Stamp) -> Option<&Verdict> {
         let away_s = |one: &&Verdict| one.view_stamp.seconds_since(stamp).abs();
@@ -166,17 +192,18 @@ impl MotionFilter {
         near.filter(|one| away_s(one) <= LONGEST_CARRY_S)
     }
 
-    /// Where the verdict's moving points are in the rig at a moment.
-    fn moving_in_rig(&self, verdict: &Verdict, at: Stamp) -> Vec<Point3<f32>> {
+    /// Where the verdict's moving points are in the rig at a moment, each with its velocity.
+    fn moving_in_rig(&self, verdict: &Verdict, at: Stamp) -> Vec<Moving> {
         let after_s = at.seconds_since(verdict.view_stamp);
         let rig_from_map = self.map_from_rig(verdict, at).inverse();
         let carried = |point: &verdict::MovingPoint| {
             let in_map = point.in_map_m + point.velocity_m_per_s * after_s;
-            (rig_from_map * in_map).cast::<f32>()
+            ((rig_from_map * in_map).cast::<f32>(), point.velocity_m_per_s)
         };
         if after_s == 0.0 {
             // Not to the map and back: the points are to stay in their voxels.
-            return verdict.points.iter().map(|point| point.in_rig_m).collect();
+            let own = |point: &verdict::MovingPoint| (point.in_rig_m, point.velocity_m_per_s);
+            return verdict.points.iter().map(own).collect();
         }
         verdict.points.iter().map(carried).collect()
     }
@@ -200,6 +227,13 @@ impl MotionFilter {
         !voxels.is_empty()
             && self.grid.key(point).with_neighbours().any(|voxel| voxels.contains(&voxel))
     }
+}
+
+/// A moving point in the rig, with its velocity in the map.
+type Moving = (Point3<f32>, Vector3<f64>);
+
+fn points_of(moving: &[Moving]) -> Vec<Point3<f32>> {
+    moving.iter().map(|(point, _)| *point).collect()
 }
 
 #[cfg(test)]

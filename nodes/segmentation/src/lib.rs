@@ -23,6 +23,7 @@
 //! | `continuous` | all of them in a frame that does not jump when the map is corrected |
 //! | [`free_space`] | all of them in turn |
 //! | `moving_pixels` | the verdict as a mask on the depth image, where the map is made of depth images |
+//! | `moving_view` | what the mask shows, pixel by pixel with depth and velocity, in the images of another camera |
 //! | [`filter`] | the verdict at the moments of scans, images and clouds, between the cycles too |
 //!
 //! This crate without its feature `ros` is the core: it knows no ROS, no clock and no file.
@@ -62,6 +63,7 @@ pub mod free_space;
 pub mod growth;
 mod moving_in_place;
 mod moving_pixels;
+mod moving_view;
 pub mod recent_views;
 pub mod seeds;
 pub mod segmenter;

@@ -32,13 +32,12 @@ const STEEPEST_SLOPE: f32 = 3.7;
 /// What is this high above the floor, and noise, may be floor: the plane is known so well, and soles are as thick.
 const SOLE_M: f32 = 0.02;
 /// Pixels added around the mask. Of 640 columns the mixed depths of structured light span one or two.
-const MARGIN_PX: usize = 2;
+pub(crate) const MARGIN_PX: usize = 2;
 
 /// Makes the masks of a pipeline's cycles. Keeps the rays of the camera from one to the next.
 #[derive(Clone, Debug)]
 pub(crate) struct MovingPixels {
     grid: VoxelGrid,
-    noise: DepthNoise,
     last_rays: Option<RayTable>,
     margin: Margin,
 }
@@ -46,7 +45,7 @@ pub(crate) struct MovingPixels {
 impl MovingPixels {
     /// For clouds that were reduced by this grid.
     pub(crate) fn new(grid: VoxelGrid) -> Self {
-        Self { grid, noise: DepthNoise::default(), last_rays: None, margin: Margin::default() }
+        Self { grid, last_rays: None, margin: Margin::default() }
     }
 
     /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do, and the floor
@@ -78,8 +77,7 @@ impl MovingPixels {
             depths_mm,
             rays: frame.rays(),
             floor_in_camera: floor_in_rig.map(|floor| floor.seen_from(rig_from_camera)),
-            noise: self.noise,
-            reach_m: (REACH_IN_EDGES * grid.edge_m()) as f32,
+            reach: Reach::new(frame.camera(), &grid),
         };
         growth.grow(&mut is_moving);
         self.margin.add(&mut is_moving, frame.camera().width_px);
@@ -88,7 +86,7 @@ impl MovingPixels {
 }
 
 /// The pixels that the voxels of these points may be seen in.
-fn area_of<'a>(
+pub(crate) fn area_of<'a>(
     camera: &CameraModel,
     rig_from_camera: &Isometry3<f64>,
     points_in_rig: impl Iterator<Item = &'a Point3<f32>>,
@@ -148,43 +146,73 @@ impl Bounds {
     }
 }
 
+/// How far the pixels of an object go on, from those of the voxels that move.
+pub(crate) struct Reach {
+    noise: DepthNoise,
+    focal_px: f32,
+    reach_m: f32,
+}
+
+impl Reach {
+    /// In images of this camera, whose clouds were reduced by this grid.
+    pub(crate) fn new(camera: &CameraModel, grid: &VoxelGrid) -> Self {
+        Self {
+            noise: DepthNoise::default(),
+            focal_px: camera.fx_px.max(camera.fy_px) as f32,
+            reach_m: (REACH_IN_EDGES * grid.edge_m()) as f32,
+        }
+    }
+
+    /// Whether it goes on from a pixel of this depth, which is so many pixels away.
+    pub(crate) fn goes_on(&self, grown_px: u32, depth_m: f32) -> bool {
+        grown_px as f32 * depth_m <= self.reach_m * self.focal_px
+    }
+
+    /// Whether a pixel beside one shows the same surface, by their depths.
+    pub(crate) fn joins(&self, depth_m: f32, other_m: f32) -> bool {
+        let steepest_m = STEEPEST_SLOPE * depth_m / self.focal_px;
+        let joins_m = NOISE_SIGMAS * self.noise.sigma_m(depth_m) + steepest_m;
+        other_m > 0.0 && (other_m - depth_m).abs() <= joins_m
+    }
+}
+
+/// The pixels beside one; of those in the last row some are beyond the image.
+pub(crate) fn pixels_beside(pixel: usize, width_px: usize) -> impl Iterator<Item = usize> {
+    let column_px = pixel % width_px.max(1);
+    let beside = [
+        (column_px > 0).then(|| pixel - 1),
+        (column_px + 1 < width_px).then(|| pixel + 1),
+        pixel.checked_sub(width_px),
+        Some(pixel + width_px),
+    ];
+    beside.into_iter().flatten()
+}
+
 /// How the mask grows.
 struct Growth<'a> {
     depths_mm: &'a [u16],
     rays: &'a RayTable,
     floor_in_camera: Option<Floor>,
-    noise: DepthNoise,
-    reach_m: f32,
+    reach: Reach,
 }
 
 impl Growth<'_> {
     /// Grows from the pixels of the object, a pixel to each side at a time.
     fn grow(&self, is_moving: &mut [bool]) {
-        let camera = self.rays.camera();
-        let focal_px = camera.fx_px.max(camera.fy_px) as f32;
-        let width_px = camera.width_px;
+        let width_px = self.rays.width_px();
         let mut border = border_of(is_moving, width_px);
         let mut next = Vec::new();
         for grown_px in 0_u32.. {
             for &pixel in &border {
                 let pixel = pixel as usize;
                 let depth_m = self.depth_m(pixel);
-                if grown_px as f32 * depth_m > self.reach_m * focal_px {
+                if !self.reach.goes_on(grown_px, depth_m) {
                     continue;
                 }
-                let steepest_m = STEEPEST_SLOPE * depth_m / focal_px;
-                let joins_m = NOISE_SIGMAS * self.noise.sigma_m(depth_m) + steepest_m;
-                let column_px = pixel % width_px;
-                let beside = [
-                    (column_px > 0).then(|| pixel - 1),
-                    (column_px + 1 < width_px).then(|| pixel + 1),
-                    pixel.checked_sub(width_px),
-                    Some(pixel + width_px),
-                ];
-                for beside in beside.into_iter().flatten() {
+                for beside in pixels_beside(pixel, width_px) {
                     let Some(is_moving) = is_moving.get_mut(beside) else { continue };
                     let other_m = self.depth_m(beside);
-                    let is_of_surface = other_m > 0.0 && (other_m - depth_m).abs() <= joins_m;
+                    let is_of_surface = self.reach.joins(depth_m, other_m);
                     if !*is_moving && is_of_surface && !self.is_of_floor(beside, other_m) {
                         *is_moving = true;
                         next.push(beside as u32);
@@ -211,7 +239,7 @@ impl Growth<'_> {
         let height_m = floor.height_above_m(&in_camera_m.cast().into()) as f32;
         // Noise of the depth moves the point along its ray.
         let per_depth = floor.along(&ray.push(1.0).cast()).abs() as f32;
-        height_m.abs() <= SOLE_M + NOISE_SIGMAS * self.noise.sigma_m(depth_m) * per_depth
+        height_m.abs() <= SOLE_M + NOISE_SIGMAS * self.reach.noise.sigma_m(depth_m) * per_depth
     }
 
     /// 0 where nothing was measured.

@@ -32,10 +32,13 @@ const PROGRAM: Program = Program {
              out dynamic_cloud (sensor_msgs/msg/PointCloud2, rig frame), reliable
              out tracks (stillmap_msgs/msg/Tracks, map frame), reliable
              out track_markers (visualization_msgs/msg/MarkerArray, map frame), reliable, for a viewer
-             in  scan, depth/image, depth/camera_info, points: while one of the next six is subscribed to
+             in  scan, depth/image, depth/camera_info, points, rgb/image, rgb/camera_info: while something that is made of them
+                 is subscribed to, of the next
              out static_scan, dynamic_scan (sensor_msgs/msg/LaserScan: scan without what moves, and that alone), reliable
              out static_depth/image, dynamic_depth/image (sensor_msgs/msg/Image: the same of depth/image), best effort,
                  each with its camera_info (sensor_msgs/msg/CameraInfo)
+             out static_rgb/image, dynamic_rgb/image (sensor_msgs/msg/Image: the same of rgb/image, black; made of depth/image,
+                 or points, too), best effort, each with its camera_info
              out static_points, dynamic_points (sensor_msgs/msg/PointCloud2: the same of points), best effort
              out ~/report (stillmap_msgs/msg/StageReport), reliable",
 };

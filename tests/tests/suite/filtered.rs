@@ -1,5 +1,7 @@
 //! The sensors' topics without what moves: of a recording by `stillmap filter`, and live.
 
+mod colours;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -62,7 +62,94 @@ fn whole_numbers_cannot_be_taken_out_of_a_cloud() {
     assert_eq!(cloud_without(&cloud, &[false], true), Ok(cloud));
 }
 
+/// Encodings with the bytes of a pixel, what is black, and how many neighbours share a colour.
+const COLOURS: [(&str, usize, &[u8], usize); 14] = [
+    ("rgb8", 3, &[0; 3], 1),
+    ("bgr8", 3, &[0; 3], 1),
+    ("8UC3", 3, &[0; 3], 1),
+    ("rgba8", 4, &[0; 3], 1),
+    ("bgra8", 4, &[0; 3], 1),
+    ("mono8", 1, &[0], 1),
+    ("mono16", 2, &[0; 2], 1),
+    ("rgb16", 6, &[0; 6], 1),
+    ("bgra16", 8, &[0; 6], 1),
+    ("bayer_grbg8", 1, &[0], 1),
+    ("bayer_rggb16", 2, &[0; 2], 1),
+    ("yuv422", 2, &[128, 0], 2),
+    ("yuv422_yuy2", 2, &[0, 128], 2),
+    ("yuyv", 2, &[0, 128], 2),
+];
+
+#[test]
+fn encodings_of_which_it_is_not_known_what_is_black_are_refused() {
+    for encoding in ["nv21", "yuv420", "16UC1", "32FC1", "", "rgb"] {
+        let image = Image {
+            encoding: encoding.to_owned(),
+            width: 1,
+            height: 1,
+            step: 4,
+            data: vec![7; 4],
+            ..Image::default()
+        };
+        let error = colour_without(&image, &[true], true).unwrap_err();
+        assert!(matches!(error, ConvertError::Encoding { .. }), "{error}");
+    }
+}
+
 proptest! {
+    /// A step that is shorter than a row, rows that are missing, images without pixels, masks of another size.
+    #[test]
+    fn any_colour_image_is_survived(
+        encoding in prop::sample::select(COLOURS.map(|(encoding, ..)| encoding).to_vec()),
+        width in prop_oneof![0..5_u32, any::<u32>()],
+        height in prop_oneof![0..5_u32, any::<u32>()],
+        step in prop_oneof![0..40_u32, any::<u32>()],
+        data in prop::collection::vec(any::<u8>(), 0..99),
+        mask in prop::collection::vec(any::<bool>(), 0..20),
+        is_bigendian in any::<u8>(),
+    ) {
+        let message =
+            Image { width, height, step, data, is_bigendian, encoding: encoding.to_owned(), ..Image::default() };
+        if let Ok(filtered) = colour_without(&message, &mask, true) {
+            prop_assert_eq!(u64::from(width) * u64::from(height), mask.len() as u64);
+            prop_assert_eq!(filtered.data.len(), message.data.len());
+        }
+    }
+
+    #[test]
+    fn what_moves_is_black_and_all_other_bytes_of_a_colour_image_are_as_they_were(
+        (encoding, pixel_bytes, black, shared) in prop::sample::select(COLOURS.to_vec()),
+        (width, height) in (1..8_u32, 1..6_u32),
+        padding in 0..5_u32,
+        is_bigendian in 0..2_u8,
+        bytes in prop::collection::vec(any::<u8>(), 7 * 5 * 8 + 5 * 5),
+        mask in prop::collection::vec(prop::bool::weighted(0.3), 35),
+    ) {
+        let step = width * pixel_bytes as u32 + padding;
+        let message = Image {
+            width, height, step, is_bigendian,
+            encoding: encoding.to_owned(),
+            data: bytes[..(step * height) as usize].to_vec(),
+            ..Image::default()
+        };
+        let mask = &mask[..(width * height) as usize];
+        for removed in [true, false] {
+            let filtered = colour_without(&message, mask, removed).unwrap();
+            let mut expected = message.clone();
+            for pixel in 0..mask.len() {
+                let (column, row) = (pixel % width as usize, pixel / width as usize);
+                let first = column - column % shared;
+                let together = first..(first + shared).min(width as usize);
+                let is_moving = together.clone().any(|column| mask[row * width as usize + column]);
+                if is_moving == removed {
+                    let at = row * step as usize + column * pixel_bytes;
+                    expected.data[at..at + black.len()].copy_from_slice(black);
+                }
+            }
+            prop_assert_eq!(&filtered, &expected);
+        }
+    }
+
     #[test]
     fn beams_that_do_not_move_are_bit_identical(
         beams_of_scan in prop::collection::vec((any::<f32>(), any::<f32>(), any::<bool>()), 0..80),

@@ -6,7 +6,7 @@ mod detecting;
 mod tests;
 mod waiting;
 
-use geometry::{CameraModel, Scan, Stamp, StampedPose};
+use geometry::{CameraModel, Scan, Stamp, StampedPose, pose_from_vector};
 use msgs::convert;
 use node_shell::{
     Counters, GrantedBuffer, Node, NodeFailure, Panicked, StepTimer, Throttle, TransformWait,
@@ -70,7 +70,8 @@ impl Stage {
     /// When a parameter is out of its range, or a publisher or subscription cannot be created.
     pub fn new(node: &Node, parameters: &DetectionParameters) -> Result<Self, NodeFailure> {
         let config = &parameters.config;
-        let detector = Detector::new(config.clone())?;
+        let mut detector = Detector::new(config.clone())?;
+        detector.set_colour_from_depth(&pose_from_vector(&parameters.colour_from_depth))?;
         Ok(Self {
             extrinsics: ExtrinsicsCheck::new(parameters, detector.mounts(), node.counters())?,
             camera: Camera::new(parameters, &detector, node.counters())?,

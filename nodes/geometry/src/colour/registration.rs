@@ -62,6 +62,21 @@ pub enum ColourRegistrationError {
     },
 }
 
+impl ColourRegistrationError {
+    /// # Errors
+    /// When a colour image of this size is none of its camera.
+    pub fn check_size(
+        (width_px, height_px): (usize, usize),
+        colour_camera: &CameraModel,
+    ) -> Result<(), Self> {
+        let (camera_width_px, camera_height_px) = (colour_camera.width_px, colour_camera.height_px);
+        if (width_px, height_px) == (camera_width_px, camera_height_px) {
+            return Ok(());
+        }
+        Err(Self::Colour { width_px, height_px, camera_width_px, camera_height_px })
+    }
+}
+
 impl ColourRegistration {
     /// Of a depth camera and a colour camera; `colour_from_depth` takes a point of the optical frame of the one to that of the
     /// other. It costs some 50 ms: make one for two cameras, not for each image.
@@ -107,17 +122,7 @@ impl ColourRegistration {
         depth: &DepthImage,
     ) -> Result<Vec<[u8; 3]>, ColourRegistrationError> {
         let size_px = (colour.width_px(), colour.height_px());
-        let (camera_width_px, camera_height_px) =
-            (self.colour_camera.width_px, self.colour_camera.height_px);
-        if size_px != (camera_width_px, camera_height_px) {
-            let (width_px, height_px) = size_px;
-            return Err(ColourRegistrationError::Colour {
-                width_px,
-                height_px,
-                camera_width_px,
-                camera_height_px,
-            });
-        }
+        ColourRegistrationError::check_size(size_px, &self.colour_camera)?;
         let camera_size_px = (self.depth_camera.width_px, self.depth_camera.height_px);
         if (depth.width_px(), depth.height_px()) != camera_size_px {
             return Err(DepthCameraError {

@@ -12,6 +12,7 @@ use serde::Serialize;
 pub(super) enum Outgoing {
     Scan(Arc<LaserScan>),
     Image(Arc<Image>),
+    Colour(Arc<Image>),
     Points(Arc<PointCloud2>),
 }
 
@@ -37,6 +38,7 @@ pub(super) struct Queue {
     entries: VecDeque<Entry>,
     scans: Replaced,
     views: Replaced,
+    colours: Replaced,
 }
 
 impl Queue {
@@ -60,9 +62,9 @@ impl Queue {
         left
     }
 
-    /// What was replaced, of scans and of images or clouds.
-    pub(super) fn replaced(&self) -> (Replaced, Replaced) {
-        (self.scans, self.views)
+    /// What was replaced: of scans, of depth images or clouds, of colour images.
+    pub(super) fn replaced(&self) -> [Replaced; 3] {
+        [self.scans, self.views, self.colours]
     }
 
     /// The filtered scan has come whose own is the first that waits.
@@ -93,6 +95,23 @@ impl Queue {
             let pixel_bytes = if raw.encoding == "32FC1" { 4 } else { 2 };
             self.views.changed += 1;
             self.views.taken_out += changed(&raw.data, &filtered.data, pixel_bytes);
+            message.data = cdr::encode(&**filtered)?;
+        }
+        Ok(())
+    }
+
+    /// The filtered colour image has come whose own is the first that waits.
+    pub(super) fn colour_came(&mut self, filtered: &Arc<Image>) -> Result<(), CdrError> {
+        let is_colour = |awaits: &Outgoing| matches!(awaits, Outgoing::Colour(_));
+        let Some((message, Outgoing::Colour(raw))) = first(&mut self.entries, is_colour) else {
+            return Ok(());
+        };
+        self.colours.messages += 1;
+        // The visual odometry is fed with another copy of it.
+        if raw.data != filtered.data {
+            let pixel_bytes = raw.step.checked_div(raw.width).unwrap_or(0);
+            self.colours.changed += 1;
+            self.colours.taken_out += changed(&raw.data, &filtered.data, pixel_bytes as usize);
             message.data = cdr::encode(&**filtered)?;
         }
         Ok(())

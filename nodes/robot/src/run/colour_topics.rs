@@ -6,7 +6,7 @@ use msgs::RosMessage;
 use msgs::convert;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image};
 
-use super::inputs::ViewTopics;
+use super::inputs::{TopicArgs, ViewTopics};
 use crate::console;
 use crate::failure::Failure;
 use crate::offer::Offer;
@@ -60,6 +60,47 @@ impl ColourTopics {
         Ok(Some(topics))
     }
 
+    /// The topics of raw images that the user wants to be masked, by the same rules.
+    ///
+    /// # Errors
+    /// When there are none.
+    pub(crate) fn to_be_masked(
+        topics: &TopicArgs,
+        view: &ViewTopics,
+        bag: &Bag,
+        info: &BagInfo,
+    ) -> Result<Self, Failure> {
+        let ViewTopics::Depth { image: depth, camera_info } = view else {
+            return Err(Failure::new(
+                "--colour needs depth images: with clouds alone no image is masked".to_owned(),
+            ));
+        };
+        let args = topics.visual();
+        let chosen = VisualTopics::choose(args, depth, camera_info, &Offer::of_bag(info))?;
+        if args.is_empty() && !chosen.has_usual_name() {
+            return Err(Failure::new(format!(
+                "the bag has no colour images by the names of its topics; {} is one of other images",
+                chosen.image
+            ))
+            .fix("--image names the topic of the colour camera"));
+        }
+        let VisualTopics { image, is_compressed, camera_info, .. } = chosen;
+        if is_compressed {
+            return Err(Failure::new(format!(
+                "{image}: compressed images are not masked, raw ones are"
+            ))
+            .fix("without --colour they are kept as they are"));
+        }
+        let chosen = Self { image, is_compressed, camera_info };
+        let refused = |reason| Failure::new(format!("{}: {reason}", chosen.image));
+        let size_px = chosen.size_of_camera(bag).map_err(refused)?;
+        let message = first::<Image>(bag, &chosen.image).map_err(refused)?;
+        chosen
+            .check_size((message.width as usize, message.height as usize), size_px)
+            .map_err(refused)?;
+        Ok(chosen)
+    }
+
     /// Each topic, with the name that the node knows it by.
     pub(super) fn by_node_name(&self) -> [(&'static str, &str); 2] {
         let image = if self.is_compressed { "rgb/image/compressed" } else { "rgb/image" };
@@ -79,19 +120,30 @@ impl ColourTopics {
         };
         let image =
             convert::colour_image_from_message(&image).map_err(|error| error.to_string())?;
+        let size_px = self.size_of_camera(bag)?;
+        self.check_size((image.width_px(), image.height_px()), size_px)
+    }
+
+    fn size_of_camera(&self, bag: &Bag) -> Result<(usize, usize), String> {
         let message = first::<CameraInfo>(bag, &self.camera_info)?;
         let camera = convert::camera_from_message(&message).map_err(|error| error.to_string())?;
         camera.validate().map_err(|error| error.to_string())?;
         let CameraModel { width_px, height_px, .. } = camera;
-        if (width_px, height_px) != (image.width_px(), image.height_px()) {
-            return Err(format!(
-                "its images have {} x {} pixels, and the calibration on {} is for {width_px} x {height_px}",
-                image.width_px(),
-                image.height_px(),
-                self.camera_info
-            ));
+        Ok((width_px, height_px))
+    }
+
+    fn check_size(
+        &self,
+        image_px: (usize, usize),
+        (width_px, height_px): (usize, usize),
+    ) -> Result<(), String> {
+        if image_px == (width_px, height_px) {
+            return Ok(());
         }
-        Ok(())
+        Err(format!(
+            "its images have {} x {} pixels, and the calibration on {} is for {width_px} x {height_px}",
+            image_px.0, image_px.1, self.camera_info
+        ))
     }
 }
 

@@ -1,4 +1,4 @@
-use geometry::{DepthPixels, Distortion, RigMounts};
+use geometry::{DepthPixels, Distortion, MaskedDepth, RigMounts};
 use nalgebra::Vector3;
 
 use super::verdict::MovingPoint;
@@ -82,6 +82,7 @@ fn verdict(seconds: f64, yaw_rad: f64) -> Verdict {
         view_stamp: stamp(seconds),
         map_from_rig,
         mounts: RigMounts::default(),
+        colour_from_depth: Isometry3::identity(),
         beams: Vec::new(),
         points: points.collect(),
         floor_in_rig: None,
@@ -205,4 +206,128 @@ fn what_is_decided_depends_on_the_last_cycle() {
     filter.take(Verdict { view_stamp: stamp(-0.02), ..verdict(0.0, 0.0) });
     assert!(filter.has_scan(stamp(0.0)) && !filter.has_scan(stamp(0.01)));
     assert!(filter.has_view(stamp(-0.02)) && !filter.has_view(stamp(0.0)));
+}
+
+fn colours(filter: &mut MotionFilter, seconds: f64) -> Vec<bool> {
+    filter.colour_pixels(stamp(seconds), &camera()).unwrap()
+}
+
+#[test]
+fn a_registered_colour_image_has_the_mask_of_the_depth_image_of_its_moment() {
+    let mut filter = MotionFilter::new(grid());
+    filter.keep_for_colours(true);
+    filter.take(verdict(0.0, 0.0));
+    for later_s in [0.0, 0.033, 0.066, 0.1] {
+        assert!(!filter.has_depth(stamp(later_s)));
+        let mask = filter.pixels(&image(later_s, 0.0), &camera()).unwrap().unwrap();
+        assert!(filter.has_depth(stamp(later_s)));
+        assert!(mask.contains(&true));
+        assert_eq!(colours(&mut filter, later_s), mask, "{later_s}");
+    }
+    // Those before it were kept: a colour image may be late.
+    let mask = filter.pixels(&image(0.033, 0.0), &camera()).unwrap().unwrap();
+    assert_eq!(colours(&mut filter, 0.033), mask);
+}
+
+#[test]
+fn a_colour_image_beside_the_depth_image_in_time_is_masked_where_object_and_rig_have_got_to() {
+    for turn_rad_per_s in [0.0, 1.0] {
+        let mut filter = MotionFilter::new(grid());
+        filter.keep_for_colours(true);
+        for seconds in [-0.1, 0.0] {
+            filter.take(verdict(seconds, turn_rad_per_s * seconds));
+        }
+        for depth_s in [0.0, 0.033, 0.066] {
+            let image = image(depth_s, turn_rad_per_s * depth_s);
+            filter.pixels(&image, &camera()).unwrap().unwrap();
+            for beside_s in [-0.04, -0.016, 0.016, 0.04] {
+                let colour_s = depth_s + beside_s;
+                let black = colours(&mut filter, colour_s);
+                let (found, others) = score(&black, colour_s, turn_rad_per_s * colour_s);
+                assert!(found > 0.98 && others < 300, "{depth_s} {colour_s}: {found}, {others}");
+            }
+        }
+    }
+}
+
+/// Where no depth image comes, as of a compressed topic or of clouds, the cycles have theirs.
+#[test]
+fn without_a_depth_image_the_one_of_the_cycle_is_carried_on() {
+    let mut filter = MotionFilter::new(grid());
+    filter.keep_for_colours(true);
+    let frame = Arc::new(DepthFrame::new(image(0.0, 0.0), camera()).unwrap());
+    let own = verdict(0.0, 0.0);
+    let points: Vec<Point3<f32>> = own.points.iter().map(|point| point.in_rig_m).collect();
+    let rig_from_camera = RigMounts::default().rig_from_camera;
+    let mask = MovingPixels::new(grid()).mask(&frame, &rig_from_camera, None, points.iter());
+    let depth = MaskedDepth::new(frame, mask.clone()).unwrap();
+    filter.take(Verdict { depth: Some(depth), ..own });
+    assert_eq!(colours(&mut filter, 0.0), mask);
+    let black = colours(&mut filter, 0.08);
+    let (found, others) = score(&black, 0.08, 0.0);
+    assert!(found > 0.98 && others < 300, "{found}, {others}");
+}
+
+#[test]
+fn without_any_depth_image_the_places_of_the_moving_points_are_black() {
+    let mut filter = MotionFilter::new(grid());
+    filter.keep_for_colours(true);
+    filter.take(verdict(0.0, 0.0));
+    for later_s in [0.0, 0.05] {
+        let (found, others) = score(&colours(&mut filter, later_s), later_s, 0.0);
+        assert!(found > 0.98 && others < 500, "{later_s}: {found}, {others}");
+    }
+    assert_eq!(filter.colour_pixels(stamp(1.5), &camera()), None);
+}
+
+#[test]
+fn a_depth_camera_that_has_stopped_is_the_nearest_for_a_second() {
+    let mut filter = MotionFilter::new(grid());
+    filter.keep_for_colours(true);
+    for seconds in [0.0, 0.1, 0.2, 0.3] {
+        filter.take(verdict(seconds, 0.0));
+    }
+    filter.pixels(&image(0.1, 0.0), &camera()).unwrap();
+    let black = colours(&mut filter, 0.2);
+    let (found, others) = score(&black, 0.2, 0.0);
+    assert!(found > 0.98 && others < 300, "{found}, {others}");
+    // The time has jumped back: that image is of another run.
+    filter.take(verdict(-5.0, 0.0));
+    assert!(!filter.has_depth(stamp(-5.0)));
+    assert_eq!(filter.colour_pixels(stamp(0.2), &camera()), None);
+}
+
+#[test]
+fn nothing_is_kept_of_depth_images_while_nobody_wants_colours() {
+    let mut filter = MotionFilter::new(grid());
+    filter.take(verdict(0.0, 0.0));
+    filter.pixels(&image(0.033, 0.0), &camera()).unwrap();
+    assert_eq!(filter.views.len(), 0);
+    filter.keep_for_colours(true);
+    filter.pixels(&image(0.066, 0.0), &camera()).unwrap();
+    assert_eq!(filter.views.len(), 1);
+    filter.keep_for_colours(false);
+    assert_eq!(filter.views.len(), 0);
+}
+
+/// A colour camera of another size beside the depth camera, seen through an organised cloud's own camera.
+#[test]
+fn an_organised_cloud_serves_as_a_depth_image() {
+    let mut filter = MotionFilter::new(grid());
+    filter.keep_for_colours(true);
+    filter.take(verdict(0.0, 0.0));
+    let (image, rays) = (image(0.0, 0.0), geometry::RayTable::new(&camera()).unwrap());
+    let points: Vec<Point3<f32>> = (0..WIDTH_PX * HEIGHT_PX)
+        .map(|pixel| {
+            let (column, row) = (pixel % WIDTH_PX, pixel / WIDTH_PX);
+            let (ray, depth_m) =
+                (rays.ray(column, row).unwrap(), image.depth_m(column, row).unwrap());
+            Point3::new(ray.x * depth_m, ray.y * depth_m, depth_m)
+        })
+        .collect();
+    let cloud = OrganisedCloud::from_rows(stamp(0.0), "camera".to_owned(), WIDTH_PX, &points);
+    let mask = filter.points(&cloud, points.len()).unwrap();
+    assert!(filter.has_depth(stamp(0.0)));
+    assert_eq!(filter.views.len(), 1);
+    assert_eq!(colours(&mut filter, 0.0), mask);
 }

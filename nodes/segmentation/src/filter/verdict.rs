@@ -19,6 +19,8 @@ pub struct Verdict {
     /// The pose of the rig at that stamp.
     pub(super) map_from_rig: Isometry3<f64>,
     pub(super) mounts: RigMounts,
+    /// Where the colour camera is.
+    pub(super) colour_from_depth: Isometry3<f64>,
     /// The beams of the scan that hit what moves, by rising index.
     pub(super) beams: Vec<MovingBeam>,
     /// The points of the reduced cloud that move.
@@ -53,6 +55,7 @@ impl Verdict {
             view_stamp: detected.reduced_cloud.stamp,
             map_from_rig: cycle.map_from_rig,
             mounts: cycle.setup.mounts,
+            colour_from_depth: cycle.setup.colour_from_depth,
             beams: detected.moving_beams.clone(),
             points: cycle.dynamic_cloud.points_m.iter().map(moving).collect(),
             floor_in_rig: segmented.floor_in_rig,

@@ -1,18 +1,22 @@
-//! The sensors' own messages without what moves: `static_scan`, `static_depth`, `static_points`, and their complements.
+//! The sensors' own messages without what moves: `static_scan`, `static_depth`, `static_rgb`, `static_points`, and their complements.
 //!
 //! The raw topics are subscribed to only while somebody wants what is made of them. A message waits for the cycle that decides
 //! it, as long as the parameters allow; then it goes out by the nearest cycle there is.
 
+mod calibration;
+mod colours;
 mod lane;
 
 use std::sync::Arc;
 
-use geometry::{BeamFill, CameraModel, VoxelGrid};
+use geometry::{BeamFill, CameraModel, ColourFill, VoxelGrid};
 use msgs::convert::{self, ConvertError};
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan, PointCloud2};
-use node_shell::{Counters, Node, NodeFailure, Publisher, Qos, Subscription, Throttle};
+use node_shell::{Counters, Node, NodeFailure, Qos, Throttle};
 
 use crate::filter::{MotionFilter, Verdict};
+use calibration::Calibration;
+use colours::Colours;
 use lane::{Lane, Wait};
 
 /// Scans and messages of cameras that may wait.
@@ -23,9 +27,6 @@ const VIEWS_WAITING: usize = 64;
 /// Publishers' depths.
 const SCANS_SENT: usize = 10;
 const VIEWS_SENT: usize = 5;
-const CAMERA_INFOS_KEPT: usize = 10;
-/// Why an image is not filtered.
-const NO_CALIBRATION: &str = "no calibration has come on depth/camera_info";
 /// The condition on /diagnostics.
 const CONDITION: &str = "filter";
 
@@ -43,6 +44,8 @@ geometry::parameters! {
         /// The same for depth images and clouds. 0: each goes out at once, with what the last cycle found carried on by the
         /// velocities of the tracks. With the period of the scanner and more an image has the verdict of its own cycle.
         static_depth_max_wait_s: f64 = 0.0, not_negative;
+        /// What a pixel of static_rgb has that shows something moving.
+        static_rgb_fill: ColourFill = ColourFill::Black;
     }
 }
 
@@ -51,6 +54,8 @@ pub(super) enum RawArrival {
     Scan(Arc<LaserScan>),
     Image(Arc<Image>),
     CameraInfo(Arc<CameraInfo>),
+    Colour(Arc<Image>),
+    ColourInfo(Arc<CameraInfo>),
     Points(Arc<PointCloud2>),
 }
 
@@ -61,10 +66,8 @@ pub(super) struct Filter {
     scans: Lane<LaserScan>,
     images: Lane<Image>,
     points: Lane<PointCloud2>,
-    camera_infos: Option<Subscription<CameraInfo>>,
-    static_camera_infos: Publisher<CameraInfo>,
-    dynamic_camera_infos: Publisher<CameraInfo>,
-    camera: Option<CameraModel>,
+    calibration: Calibration,
+    colours: Colours,
     counters: Counters,
     bad_input: Throttle,
 }
@@ -75,8 +78,12 @@ impl Filter {
         parameters: &FilterParameters,
         grid: VoxelGrid,
     ) -> Result<Self, NodeFailure> {
-        let FilterParameters { static_scan_max_wait_s, static_depth_max_wait_s, static_scan_fill } =
-            *parameters;
+        let FilterParameters {
+            static_scan_max_wait_s,
+            static_depth_max_wait_s,
+            static_scan_fill,
+            static_rgb_fill,
+        } = *parameters;
         let sent = Qos::sensor(VIEWS_SENT);
         let view = Wait { longest_s: static_depth_max_wait_s, most: VIEWS_WAITING };
         let scan = Wait { longest_s: static_scan_max_wait_s, most: SCANS_KEPT };
@@ -97,10 +104,12 @@ impl Filter {
                 view,
             )?,
             points: Lane::new(node, ["points", "static_points", "dynamic_points"], &sent, view)?,
-            camera_infos: None,
-            static_camera_infos: node.publisher("static_depth/camera_info", &sent)?,
-            dynamic_camera_infos: node.publisher("dynamic_depth/camera_info", &sent)?,
-            camera: None,
+            calibration: Calibration::new(
+                node,
+                ["depth/camera_info", "static_depth/camera_info", "dynamic_depth/camera_info"],
+                &sent,
+            )?,
+            colours: Colours::new(node, static_rgb_fill, static_depth_max_wait_s)?,
             counters: node.counters(),
             bad_input: Throttle::for_warnings(),
         })
@@ -108,18 +117,15 @@ impl Filter {
 
     /// Subscribes to the raw topics whose filtered ones are wanted, and to no others.
     pub(super) fn follow_subscribers(&mut self, node: &Node) -> Result<(), NodeFailure> {
-        self.scans.follow_subscribers(node, &Qos::sensor(SCANS_KEPT))?;
-        self.points.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT))?;
-        self.images.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT))?;
-        let wants_camera = self.images.is_wanted()
-            || self.static_camera_infos.subscriber_count() > 0
-            || self.dynamic_camera_infos.subscriber_count() > 0;
-        if wants_camera && self.camera_infos.is_none() {
-            let qos = Qos::sensor(CAMERA_INFOS_KEPT);
-            self.camera_infos = Some(node.subscription("depth/camera_info", &qos)?);
-        } else if !wants_camera {
-            self.camera_infos = None;
-        }
+        self.colours.follow_subscribers(node)?;
+        let needs_depth = self.colours.needs_mask();
+        self.motion.keep_for_colours(needs_depth);
+        self.scans.follow_subscribers(node, &Qos::sensor(SCANS_KEPT), false)?;
+        self.images.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT), needs_depth)?;
+        // Cameras that compute their own clouds publish depth images, too: one of both is enough.
+        let needs_points = needs_depth && !self.images.has_source();
+        self.points.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT), needs_points)?;
+        self.calibration.follow_subscribers(node, self.images.is_wanted())?;
         if !self.is_wanted() {
             self.motion.clear();
         }
@@ -133,18 +139,14 @@ impl Filter {
 
     /// The next raw message. May be dropped while it waits.
     pub(super) async fn next(&self) -> RawArrival {
-        let camera_infos = async {
-            match &self.camera_infos {
-                Some(camera_infos) => camera_infos.next().await.message,
-                None => std::future::pending().await,
-            }
-        };
         tokio::select! {
             biased;
             message = self.scans.next() => RawArrival::Scan(message),
-            message = camera_infos => RawArrival::CameraInfo(message),
+            message = self.calibration.next() => RawArrival::CameraInfo(message),
+            message = self.colours.calibration.next() => RawArrival::ColourInfo(message),
             message = self.images.next() => RawArrival::Image(message),
             message = self.points.next() => RawArrival::Points(message),
+            message = self.colours.next() => RawArrival::Colour(message),
         }
     }
 
@@ -153,14 +155,20 @@ impl Filter {
         while let Some(message) = self.scans.try_next() {
             self.take(RawArrival::Scan(message));
         }
-        while let Some(received) = self.camera_infos.as_ref().and_then(Subscription::try_next) {
-            self.take(RawArrival::CameraInfo(received.message));
+        while let Some(message) = self.calibration.try_next() {
+            self.take(RawArrival::CameraInfo(message));
+        }
+        while let Some(message) = self.colours.calibration.try_next() {
+            self.take(RawArrival::ColourInfo(message));
         }
         while let Some(message) = self.images.try_next() {
             self.take(RawArrival::Image(message));
         }
         while let Some(message) = self.points.try_next() {
             self.take(RawArrival::Points(message));
+        }
+        while let Some(message) = self.colours.try_next() {
+            self.take(RawArrival::Colour(message));
         }
     }
 
@@ -179,16 +187,14 @@ impl Filter {
                 self.release_points(self.points.is_before(&message));
                 self.points.push(message);
             }
+            RawArrival::Colour(message) => self.take_colour(message),
             RawArrival::CameraInfo(message) => {
-                match convert::camera_from_message(&message) {
-                    Ok(camera) => self.camera = Some(camera),
-                    Err(error) => self.refuse("depth/camera_info", &error),
-                }
-                for publisher in [&self.static_camera_infos, &self.dynamic_camera_infos] {
-                    if publisher.subscriber_count() > 0 {
-                        publisher.publish_or_warn(Arc::clone(&message));
-                    }
-                }
+                let taken = self.calibration.take(&message);
+                self.note_calibration(self.calibration.raw_name(), taken);
+            }
+            RawArrival::ColourInfo(message) => {
+                let taken = self.colours.calibration.take(&message);
+                self.note_calibration(self.colours.calibration.raw_name(), taken);
             }
         }
         self.release(false);
@@ -211,6 +217,7 @@ impl Filter {
         self.scans.clear();
         self.images.clear();
         self.points.clear();
+        self.colours.clear();
     }
 
     /// Sends what is decided, or has waited for too long; everything where there is no more input.
@@ -218,6 +225,7 @@ impl Filter {
         self.release_scans(is_over);
         self.release_images(is_over);
         self.release_points(is_over);
+        self.release_colours(is_over);
     }
 
     fn release_scans(&mut self, is_over: bool) {
@@ -230,10 +238,10 @@ impl Filter {
     }
 
     fn release_images(&mut self, is_over: bool) {
-        let Some(camera) = self.camera else {
+        let Some(camera) = self.calibration.camera().copied() else {
             // An image without the calibration of its camera waits for that, as long as there is room.
             while let Some(message) = self.images.pop_beyond_room(is_over) {
-                self.refuse("depth/image", &NO_CALIBRATION);
+                self.refuse_uncalibrated("depth/image", &self.calibration);
                 self.images.pass_on(message);
             }
             return;
@@ -243,6 +251,8 @@ impl Filter {
                 self.refuse("depth/image", error.as_ref());
                 self.images.pass_on(message);
             }
+            // Before the next one takes its place as the nearest.
+            self.release_colours(false);
         }
     }
 
@@ -252,6 +262,7 @@ impl Filter {
                 self.refuse("points", error.as_ref());
                 self.points.pass_on(message);
             }
+            self.release_colours(false);
         }
     }
 
@@ -308,6 +319,17 @@ impl Filter {
         let text =
             if is_there { "by cycles" } else { "no cycle is near: messages pass as they are" };
         self.counters.note_condition(CONDITION, text, !is_there);
+    }
+
+    fn note_calibration(&self, topic: &str, taken: Result<(), ConvertError>) {
+        if let Err(error) = taken {
+            self.refuse(topic, &error);
+        }
+    }
+
+    fn refuse_uncalibrated(&self, topic: &str, calibration: &Calibration) {
+        let reason = format!("no calibration has come on {}", calibration.raw_name());
+        self.refuse(topic, &reason);
     }
 
     fn refuse(&self, topic: &str, error: &dyn std::fmt::Display) {

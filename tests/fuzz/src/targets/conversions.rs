@@ -132,7 +132,9 @@ fn image(bytes: &[u8]) {
         assert_eq!(pixels, depth.width_px() * depth.height_px());
         let _ = convert::depth_without(&message, &vec![true; pixels], true);
     }
-    let _ = convert::colour_image_from_message(&message);
+    if let Ok(colour) = convert::colour_image_from_message(&message) {
+        let _ = convert::colour_without(&message, &vec![true; colour.pixels().len()], true);
+    }
     let _ = convert::labels_from_message(&message);
 }
 

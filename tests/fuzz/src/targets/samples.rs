@@ -192,6 +192,7 @@ pub(super) fn detected_cycle() -> DetectedCycle {
             map_edge_m: 0.02,
             max_stop_s: 60.0,
             mounts: RigMounts { rig_from_camera: pose, rig_from_lidar: pose },
+            colour_from_depth: pose,
         },
         scan_stamp: STAMP,
         reduced_cloud: Cloud { stamp: STAMP, frame_id: "rig".to_owned(), points_m },

@@ -86,6 +86,7 @@ pub(super) fn of(node: &Arc<Node>, graph: GraphOf) -> (Channels, Vec<Feed>) {
     topics.add::<CameraInfo, Nothing>("depth/camera_info", sensor);
     topics.add::<Image, Nothing>("static_depth/image", sensor);
     topics.add::<Image, Nothing>("rgb/image", sensor);
+    topics.add::<Image, Nothing>("static_rgb/image", sensor);
     topics.add::<CompressedImage, Nothing>("rgb/image/compressed", sensor);
     topics.add::<PoseStamped, Nothing>("pose", sensor);
     topics.add::<Odometry, Nothing>("odom", sensor);

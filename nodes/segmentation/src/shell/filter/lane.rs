@@ -74,8 +74,14 @@ impl<M: Stamped> Lane<M> {
         })
     }
 
-    pub(super) fn follow_subscribers(&mut self, node: &Node, qos: &Qos) -> Result<(), ShellError> {
-        let is_wanted = self.statics.subscriber_count() + self.dynamics.subscriber_count() > 0;
+    /// `is_needed` says that something else is made of the raw topic, too.
+    pub(super) fn follow_subscribers(
+        &mut self,
+        node: &Node,
+        qos: &Qos,
+        is_needed: bool,
+    ) -> Result<(), ShellError> {
+        let is_wanted = is_needed || self.is_static_wanted() || self.is_dynamic_wanted();
         if is_wanted && self.raw.is_none() {
             self.raw = Some(node.subscription(self.raw_name, qos)?);
         } else if !is_wanted && self.raw.is_some() {
@@ -87,6 +93,24 @@ impl<M: Stamped> Lane<M> {
 
     pub(super) fn is_wanted(&self) -> bool {
         self.raw.is_some()
+    }
+
+    pub(super) fn is_static_wanted(&self) -> bool {
+        self.statics.subscriber_count() > 0
+    }
+
+    pub(super) fn is_dynamic_wanted(&self) -> bool {
+        self.dynamics.subscriber_count() > 0
+    }
+
+    /// Whether somebody publishes the raw topic, as far as it is subscribed to.
+    pub(super) fn has_source(&self) -> bool {
+        self.raw.as_ref().is_some_and(|raw| raw.publisher_count() > 0)
+    }
+
+    /// Whether a message waits for its cycle.
+    pub(super) fn is_waiting(&self) -> bool {
+        !self.waiting.is_empty()
     }
 
     pub(super) async fn next(&self) -> Arc<M> {
@@ -150,20 +174,22 @@ impl<M: Stamped> Lane<M> {
         make_static: impl FnOnce() -> Result<M, ConvertError>,
         make_dynamic: impl FnOnce() -> Result<M, ConvertError>,
     ) -> Result<(), ConvertError> {
-        if self.statics.subscriber_count() > 0 {
+        // What fails goes out once, as it is.
+        let of_dynamic = self.is_dynamic_wanted().then(make_dynamic).transpose()?;
+        if self.is_static_wanted() {
             let of_static =
                 if is_untouched { Arc::clone(message) } else { Arc::new(make_static()?) };
             self.statics.publish_or_warn(of_static);
         }
-        if self.dynamics.subscriber_count() > 0 {
-            self.dynamics.publish_or_warn(make_dynamic()?);
+        if let Some(of_dynamic) = of_dynamic {
+            self.dynamics.publish_or_warn(of_dynamic);
         }
         Ok(())
     }
 
     /// Sends a message that cannot be filtered as it is, on the static topic.
     pub(super) fn pass_on(&self, message: Arc<M>) {
-        if self.statics.subscriber_count() > 0 {
+        if self.is_static_wanted() {
             self.statics.publish_or_warn(message);
         }
     }
