@@ -47,6 +47,7 @@ impl Default for RoadMapConfig {
             tile_edge_m: 40.0,
             // Half of the reach of an HDL-64E (its data sheet).
             max_range_m: 60.0,
+            // The car of KITTI-360 sees itself up to 2.3 m.
             min_range_m: 2.5,
         }
     }

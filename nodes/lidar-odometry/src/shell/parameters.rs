@@ -99,9 +99,10 @@ geometry::parameters! {
         road_radius_m: f64 = RoadIntensityFilter::default().radius_m, positive, read_with("filter", "road_intensity");
         /// Points within this many standard deviations of the road's intensity are left out.
         road_deviations: f64 = RoadIntensityFilter::default().deviations, not_negative, read_with("filter", "road_intensity");
-        /// Nearer points are left out: they may be of the vehicle itself.
+        /// Nearer points are left out, of a road map up to 1.25 times as far: they may be of the vehicle itself.
         min_range_m: f64 = LidarOdometryConfig::default().min_range_m, between(0.0, MUCH);
-        /// Farther points are left out, and the local map has this radius. Above min_range_m.
+        /// Farther points are left out, of a road map those beyond 60 m too, and the local map has this radius. Above
+        /// min_range_m.
         max_range_m: f64 = LidarOdometryConfig::default().max_range_m, positive;
         /// A scan is thinned out to one point in cubes of this edge; 0 keeps all points.
         scan_voxel_edge_m: f64 = LidarOdometryConfig::default().preparation.voxel_edge_m, not_negative;

@@ -29,9 +29,8 @@ impl DriveMap {
     ) -> Result<Self, Failure> {
         let tiles = RoadTiles::below(out)
             .map_err(|failure| failure.fix("give a folder that can be written with --out"))?;
-        let map = RoadMap::new(config, Box::new(tiles)).map_err(|error| {
-            Failure::new(error.to_string()).fix("see --road-voxel and --road-memory")
-        })?;
+        let map = RoadMap::new(config, Box::new(tiles))
+            .map_err(|error| Failure::new(format!("the road map: {error}")))?;
         Ok(Self { map, base_from_lidar, first: None, last: None })
     }
 

@@ -1,5 +1,8 @@
 //! `stillmap run ... --pose lidar` of a recording without 2D scanner and camera: the road map of the LiDAR alone.
 
+#[cfg(test)]
+mod tests;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -71,12 +74,18 @@ impl Default for RoadArgs {
 }
 
 impl RoadArgs {
-    fn map(&self) -> RoadMapConfig {
-        RoadMapConfig {
+    /// The map, with the ranges of the odometry.
+    fn map(&self, odometry: &LidarOdometryParameters) -> Result<RoadMapConfig, Failure> {
+        let map = RoadMapConfig {
             voxel_edge_m: self.road_voxel,
             max_voxels: self.road_memory,
-            ..RoadMapConfig::default()
-        }
+            ..odometry.road_map()
+        };
+        map.validate().map_err(|error| {
+            Failure::new(format!("the road map: {error}"))
+                .fix("see --road-voxel, --road-memory, and min_range_m and max_range_m of the parameters")
+        })?;
+        Ok(map)
     }
 }
 
@@ -100,12 +109,10 @@ pub fn run(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     let parameters = load(files, road.loop_closing)?;
-    road.map().validate().map_err(|error| {
-        Failure::new(error.to_string()).fix("see --road-voxel and --road-memory")
-    })?;
+    let map = road.map(&parameters)?;
     let source = LidarSource::open_while(path, lidar, interrupt)?;
     std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
-    let mut drive = Drive::new(&parameters, road, out)?;
+    let mut drive = Drive::new(&parameters, map, out)?;
     let progress = Progress::new("mapping", source.steps());
     let losses = source.each(interrupt, |sensed| {
         let is_scan = matches!(sensed, Sensed::Cloud(_));
@@ -122,7 +129,7 @@ pub fn run(
         return Ok(Outcome::Interrupted);
     }
     if drive.follower.closed_loops() > 0 {
-        drive.rebuild_map(&source, road, out)?;
+        drive.rebuild_map(&source, map, out)?;
     }
     let summary = drive.write(out, road, losses, path)?;
     if json {
@@ -174,11 +181,11 @@ struct Drive {
 impl Drive {
     fn new(
         parameters: &LidarOdometryParameters,
-        road: &RoadArgs,
+        map: RoadMapConfig,
         out: &Path,
     ) -> Result<Self, Failure> {
         let follower = LidarFollower::alone(parameters).map_err(failed)?;
-        let map = DriveMap::new(road.map(), follower.base_from_lidar(), out)?;
+        let map = DriveMap::new(map, follower.base_from_lidar(), out)?;
         Ok(Self {
             follower,
             map,
@@ -213,11 +220,11 @@ impl Drive {
     fn rebuild_map(
         &mut self,
         source: &LidarSource,
-        road: &RoadArgs,
+        map: RoadMapConfig,
         out: &Path,
     ) -> Result<(), Failure> {
         let base_from_lidar = self.follower.base_from_lidar();
-        let mut map = DriveMap::new(road.map(), base_from_lidar, out)?;
+        let mut map = DriveMap::new(map, base_from_lidar, out)?;
         let progress =
             Progress::new("rebuilding the map with closed loops", self.scans.len() as u64);
         let mut scans = self.scans.iter();

@@ -16,7 +16,11 @@ use crate::odometry::{FollowerConfig, LidarOdometryConfig};
 use crate::packets::{Calibration, DecoderConfig, Model};
 use crate::panorama::PanoramaConfig;
 use crate::revolution::{KeptEcho, RevolutionConfig};
+use crate::road_map::RoadMapConfig;
 use crate::selection::{GroundFilter, PointChoice, RayFilter, RoadIntensityFilter};
+
+/// A road map begins farther from the scanner by this factor: at the default, where that of the core begins.
+const NEAR_IN_MAP: f64 = 1.25;
 
 impl LidarOdometryParameters {
     /// How revolutions are cut out of packets.
@@ -112,6 +116,18 @@ impl LidarOdometryParameters {
             local_map,
             guess: self.guess,
             ..FollowerConfig::default()
+        }
+    }
+
+    /// Which points a road map takes in: those that the odometry uses, up to the map's own limit, and without some that are near. A few points
+    /// of the vehicle itself do not move a pose, but each stays in a map.
+    #[must_use]
+    pub fn road_map(&self) -> RoadMapConfig {
+        let map = RoadMapConfig::default();
+        RoadMapConfig {
+            min_range_m: NEAR_IN_MAP * self.min_range_m,
+            max_range_m: self.max_range_m.min(map.max_range_m),
+            ..map
         }
     }
 

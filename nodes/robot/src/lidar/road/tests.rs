@@ -1,0 +1,70 @@
+//! Single scans to a road map.
+
+use geometry::{LidarReturn, Revolution};
+use msgs::convert::message_from_revolution;
+use msgs::sensor_msgs::PointCloud2;
+use nalgebra::{Point3, Rotation3};
+
+use super::*;
+
+const COLUMNS: usize = 200;
+const ELEVATIONS_RAD: [f32; 8] = [0.3, 0.2, 0.1, 0.05, -0.05, -0.1, -0.2, -0.3];
+
+fn elsewhere() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// A turn of `turn_s`, half of whose columns see something at one range, the others at another.
+fn scan(stamp: Stamp, turn_s: f32, ranges_m: [f32; 2]) -> PointCloud2 {
+    let azimuth_rad = |column: usize| std::f32::consts::TAU * column as f32 / COLUMNS as f32;
+    let seen = |elevation_rad: f32, column: usize| {
+        let ray = Rotation3::from_euler_angles(0.0, -elevation_rad, azimuth_rad(column));
+        let range_m = ranges_m[usize::from(column >= COLUMNS / 2)];
+        let time_s = turn_s * column as f32 / COLUMNS as f32;
+        Some(LidarReturn {
+            position_m: ray * Point3::new(range_m, 0.0, 0.0),
+            intensity: 9.0,
+            time_s,
+        })
+    };
+    let returns = ELEVATIONS_RAD.iter().flat_map(|row| (0..COLUMNS).map(move |at| seen(*row, at)));
+    let revolution = Revolution::new(
+        stamp,
+        "velodyne".to_owned(),
+        ELEVATIONS_RAD.to_vec(),
+        (0..COLUMNS).map(azimuth_rad).collect(),
+        returns.collect(),
+    );
+    message_from_revolution(&revolution.unwrap())
+}
+
+/// How many points of a scan are in its map.
+fn mapped(parameters: &LidarOdometryParameters, ranges_m: [f32; 2]) -> u64 {
+    let folder = elsewhere();
+    let map = RoadArgs::default().map(parameters).unwrap();
+    let mut drive = Drive::new(parameters, map, folder.path()).unwrap();
+    drive.take(Sensed::Cloud(scan(Stamp::from_secs_nanos(7, 0), 0.1, ranges_m))).unwrap();
+    drive.map.finish().unwrap();
+    drive.map.map().counts().points
+}
+
+/// Regression: the map had limits of its own, 2.5 and 60 m: a small room was missing, a vehicle's own points were not.
+#[test]
+fn the_ranges_of_the_odometry_are_those_of_the_map() {
+    let (half, all) = (800, 1600);
+    let within = |min_range_m: f64, max_range_m: f64| LidarOdometryParameters {
+        min_range_m,
+        max_range_m,
+        scan_voxel_edge_m: 0.1,
+        ..LidarOdometryParameters::default()
+    };
+    assert_eq!(mapped(&within(0.3, 100.0), [1.6, 5.0]), all);
+    assert_eq!(mapped(&within(1.5, 100.0), [1.6, 5.0]), half);
+    assert_eq!(mapped(&within(4.1, 100.0), [8.0, 5.0]), half);
+    assert_eq!(mapped(&within(0.3, 4.0), [1.6, 5.0]), half);
+    // The map's own limit, and what it has without parameters.
+    assert_eq!(mapped(&within(0.3, 100.0), [61.0, 5.0]), half);
+    assert_eq!(LidarOdometryParameters::default().road_map(), RoadMapConfig::default());
+    let beyond = RoadArgs::default().map(&within(70.0, 100.0)).unwrap_err().to_string();
+    assert!(beyond.contains("min_range_m"), "{beyond}");
+}
