@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use geometry::LidarCloud;
 use lidar_odometry::shell::{LidarInput, LidarOdometryParameters, Stage};
-use msgs::convert;
+use msgs::convert::{self, TimeUnit};
 use msgs::geometry_msgs::PoseStamped;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{Imu, PointCloud2};
@@ -22,6 +23,7 @@ pub struct LidarFollower {
     imu: Publisher<Imu>,
     wheels: Publisher<Odometry>,
     base_from_lidar: Isometry3<f64>,
+    unit: Option<TimeUnit>,
     /// Keeps the nodes alive, if this owns them.
     _host: Option<Host>,
 }
@@ -63,6 +65,7 @@ impl LidarFollower {
             imu: beside.publisher("imu", &qos)?,
             wheels: beside.publisher("wheels", &qos)?,
             base_from_lidar: geometry::pose_from_vector(&parameters.base_from_lidar),
+            unit: parameters.unit(),
             _host: None,
         })
     }
@@ -88,6 +91,11 @@ impl LidarFollower {
             odom_from_base: convert::isometry_from_pose(&pose.pose)?,
             is_measured: !is_held,
         }))
+    }
+
+    /// A cloud as the node reads it; `None` if it cannot, which the node counts.
+    pub fn cloud(&self, message: &PointCloud2) -> Option<LidarCloud> {
+        convert::lidar_cloud_from_message(message, self.unit).ok().map(|reading| reading.cloud)
     }
 
     /// The poses of the vehicle so far.

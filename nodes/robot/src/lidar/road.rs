@@ -9,7 +9,6 @@ use clap::Args;
 use geometry::{LidarCloud, Stamp};
 use lidar_odometry::road_map::{RoadMapConfig, RoadMapCounts};
 use lidar_odometry::shell::LidarOdometryParameters;
-use msgs::convert::lidar_cloud_from_message;
 use nalgebra::{Isometry3, Point2};
 use serde::Serialize;
 
@@ -204,16 +203,15 @@ impl Drive {
         let Sensed::Cloud(message) = &sensed else {
             return self.follower.take(sensed).map(drop).map_err(failed);
         };
-        // The node counts the clouds that it cannot read.
-        let cloud = lidar_cloud_from_message(message, None).ok();
+        let cloud = self.follower.cloud(message);
         let followed = self.follower.take(sensed).map_err(failed)?;
         self.scans.push(followed);
         let (Some(cloud), Some(now)) = (cloud, followed) else { return Ok(()) };
         self.trajectory.push(now.odom_from_base);
         if self.trajectory.len().is_power_of_two() {
-            self.shown.clone_from(&cloud.cloud);
+            self.shown.clone_from(&cloud);
         }
-        self.map.take(&cloud.cloud, now, &now.odom_from_base)
+        self.map.take(&cloud, now, &now.odom_from_base)
     }
 
     /// After loop closures the poses differ from those of the first pass: reads the recording once more and builds the map anew.
@@ -242,9 +240,9 @@ impl Drive {
             let Some(now) = *now else { return Ok(()) };
             let map_from_base = self.follower.map_from_base(now.stamp, &now.odom_from_base);
             self.trajectory.push(map_from_base);
-            match lidar_cloud_from_message(&message, None) {
-                Ok(cloud) => map.take(&cloud.cloud, now, &map_from_base),
-                Err(_) => Ok(()),
+            match self.follower.cloud(&message) {
+                Some(cloud) => map.take(&cloud, now, &map_from_base),
+                None => Ok(()),
             }
         })?;
         map.finish()?;

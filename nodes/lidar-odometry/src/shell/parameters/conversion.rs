@@ -160,7 +160,9 @@ impl LidarOdometryParameters {
         pose_from_vector(&self.base_from_lidar)
     }
 
-    pub(in crate::shell) fn unit(&self) -> Option<TimeUnit> {
+    /// The unit of the times of a cloud's points; `None` for the one that makes a revolution of them.
+    #[must_use]
+    pub fn unit(&self) -> Option<TimeUnit> {
         match self.time_unit {
             TimeUnitChoice::Auto => None,
             TimeUnitChoice::S => Some(TimeUnit::Seconds),

@@ -1,6 +1,7 @@
 //! Single scans to a road map.
 
 use geometry::{LidarReturn, Revolution};
+use lidar_odometry::shell::TimeUnitChoice;
 use msgs::convert::message_from_revolution;
 use msgs::sensor_msgs::PointCloud2;
 use nalgebra::{Point3, Rotation3};
@@ -10,8 +11,10 @@ use super::*;
 const COLUMNS: usize = 200;
 const ELEVATIONS_RAD: [f32; 8] = [0.3, 0.2, 0.1, 0.05, -0.05, -0.1, -0.2, -0.3];
 
-fn elsewhere() -> tempfile::TempDir {
-    tempfile::tempdir().unwrap()
+fn drive(parameters: &LidarOdometryParameters) -> (Drive, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let map = RoadArgs::default().map(parameters).unwrap();
+    (Drive::new(parameters, map, folder.path()).unwrap(), folder)
 }
 
 /// A turn of `turn_s`, half of whose columns see something at one range, the others at another.
@@ -40,9 +43,7 @@ fn scan(stamp: Stamp, turn_s: f32, ranges_m: [f32; 2]) -> PointCloud2 {
 
 /// How many points of a scan are in its map.
 fn mapped(parameters: &LidarOdometryParameters, ranges_m: [f32; 2]) -> u64 {
-    let folder = elsewhere();
-    let map = RoadArgs::default().map(parameters).unwrap();
-    let mut drive = Drive::new(parameters, map, folder.path()).unwrap();
+    let (mut drive, _folder) = drive(parameters);
     drive.take(Sensed::Cloud(scan(Stamp::from_secs_nanos(7, 0), 0.1, ranges_m))).unwrap();
     drive.map.finish().unwrap();
     drive.map.map().counts().points
@@ -67,4 +68,19 @@ fn the_ranges_of_the_odometry_are_those_of_the_map() {
     assert_eq!(LidarOdometryParameters::default().road_map(), RoadMapConfig::default());
     let beyond = RoadArgs::default().map(&within(70.0, 100.0)).unwrap_err().to_string();
     assert!(beyond.contains("min_range_m"), "{beyond}");
+}
+
+/// Regression: the map read the times of points in the unit that makes a revolution of them, whatever `time_unit` said.
+#[test]
+fn the_times_of_points_have_the_unit_of_the_odometry_in_the_map_too() {
+    // A turn in 1 ms: in no unit one that is usual.
+    let message = scan(Stamp::from_secs_nanos(7, 0), 0.001, [3.0, 5.0]);
+    for (time_unit, turn_s) in [(TimeUnitChoice::S, 1e-3), (TimeUnitChoice::Us, 1e-9)] {
+        let parameters = LidarOdometryParameters { time_unit, ..Default::default() };
+        let (mut drive, _folder) = drive(&parameters);
+        drive.take(Sensed::Cloud(message.clone())).unwrap();
+        let times_s = drive.shown.times_s.unwrap();
+        let last_s = times_s.into_iter().fold(0.0, f32::max);
+        assert!((last_s - turn_s).abs() < 0.01 * turn_s, "{last_s} {turn_s}");
+    }
 }
