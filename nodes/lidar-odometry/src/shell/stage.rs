@@ -60,6 +60,9 @@ pub struct Stage {
 }
 
 impl Stage {
+    /// The cause in the diagnostics of scans after the end of a recording.
+    pub const AFTER_THE_END: &str = "after time went back";
+
     /// The stage that `node` is.
     ///
     /// # Errors
@@ -92,6 +95,12 @@ impl Stage {
             bad_input: Throttle::for_warnings(),
             troubles: Throttle::for_warnings(),
         })
+    }
+
+    /// For a recording: where its time goes back it ends, in place of beginning anew at another place.
+    #[must_use]
+    pub fn of_a_recording(self) -> Self {
+        Self { time_check: TimeCheck::of_a_recording(), ..self }
     }
 
     /// The next message. May be dropped while it waits.
@@ -211,13 +220,17 @@ impl Stage {
                 return self.drop_scan(cloud.stamp, "doubtful stamp", &reason);
             }
             Time::BeginsAnew { later_s } => self.begin_anew(later_s),
+            Time::Ended => return self.drop_after_the_end(cloud.stamp),
         }
         let hint = self.hints.between(self.follower.interval(cloud));
         let mut stepped = self.follower.step(cloud, &hint);
         if let Err(FollowerError::Scan(Refusal::NotLater { since_s })) = stepped {
             self.late_scans += 1;
             if self.late_scans >= MOST_LATE_SCANS {
-                self.begin_anew(since_s);
+                let Time::BeginsAnew { later_s } = self.time_check.go_back(since_s) else {
+                    return self.drop_after_the_end(cloud.stamp);
+                };
+                self.begin_anew(later_s);
                 stepped = self.follower.step(cloud, &hint);
             }
         }
@@ -238,6 +251,11 @@ impl Stage {
         timer.end_of("loops");
         self.report(cloud, &pose, &timer);
         self.last = Some((pose.stamp, pose.odom_from_lidar));
+    }
+
+    fn drop_after_the_end(&self, stamp: Stamp) {
+        let reason = "the recording ended where its time goes back";
+        self.drop_scan(stamp, Self::AFTER_THE_END, reason);
     }
 
     fn begin_anew(&mut self, later_s: f64) {
@@ -294,6 +312,12 @@ impl Stage {
             let last = self.last.as_ref();
             loops.take(pose.stamp, odom_from_base, &|| at_once(cloud, pose, last));
         }
+    }
+
+    /// By how much time has gone back where the recording ended; `None` while it has not.
+    #[must_use]
+    pub fn gone_back_s(&self) -> Option<f64> {
+        self.time_check.gone_back_s()
     }
 
     /// The known loops as of the last scan; `None` without loop closing.

@@ -59,7 +59,7 @@ impl LidarFollower {
             LidarOdometryParameters { input: LidarInput::Points, ..parameters.clone() };
         let qos = Qos::sensor(1);
         Ok(Self {
-            stage: Stage::new(node, &parameters)?,
+            stage: Stage::new(node, &parameters)?.of_a_recording(),
             listener: PoseListener::new(node, NODE, beside)?,
             clouds: beside.publisher("points", &qos)?,
             imu: beside.publisher("imu", &qos)?,
@@ -143,6 +143,17 @@ impl LidarFollower {
     /// Why scans have no pose, by cause.
     pub fn drops(&self) -> BTreeMap<String, u64> {
         self.listener.drops()
+    }
+
+    /// What is lost of a recording whose time goes back.
+    pub fn lost_after_the_end(&self) -> Option<String> {
+        let back_s = self.stage.gone_back_s()?;
+        let scans = self.drops().get(Stage::AFTER_THE_END).copied().unwrap_or_default();
+        Some(format!(
+            "the stamps of the scans go back by {back_s:.1} s after {} poses: the drive ends there, {scans} scans of another time are left \
+             out",
+            self.poses().len()
+        ))
     }
 
     /// The pose of the scanner on the vehicle.

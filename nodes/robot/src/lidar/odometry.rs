@@ -56,7 +56,7 @@ pub fn run(
     let source = LidarSource::open(path, args)?;
     let mut follower = LidarFollower::alone(&parameters).map_err(failed)?;
     let progress = Progress::new("tracking", source.steps());
-    let losses = source.each(&Interrupt::default(), |sensed| {
+    let mut losses = source.each(&Interrupt::default(), |sensed| {
         let is_scan = matches!(sensed, Sensed::Cloud(_));
         follower.take(sensed).map_err(failed)?;
         if is_scan {
@@ -65,6 +65,7 @@ pub fn run(
         Ok(())
     })?;
     progress.finish();
+    losses.extend(follower.lost_after_the_end());
     let poses = follower.final_poses().map_err(failed)?;
     write_trajectory(output, &poses, &follower.base_from_lidar())?;
     let summary = LidarSummary::of(&follower);

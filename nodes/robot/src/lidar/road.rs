@@ -113,7 +113,7 @@ pub fn run(
     std::fs::create_dir_all(out).map_err(|error| cannot_write(out, &error))?;
     let mut drive = Drive::new(&parameters, map, out)?;
     let progress = Progress::new("mapping", source.steps());
-    let losses = source.each(interrupt, |sensed| {
+    let mut losses = source.each(interrupt, |sensed| {
         let is_scan = matches!(sensed, Sensed::Cloud(_));
         drive.take(sensed)?;
         if is_scan {
@@ -121,6 +121,7 @@ pub fn run(
         }
         Ok(())
     })?;
+    losses.extend(drive.follower.lost_after_the_end());
     drive.map.finish()?;
     progress.finish();
     if interrupt.has_come() && drive.trajectory.is_empty() {

@@ -1,7 +1,8 @@
 //! Whether a scan's stamp follows the last one's, or belongs to another time.
 //!
 //! A recording that begins anew and a clock that is set change the stamps of all later scans; a single wrong stamp (a
-//! clock that is set while a scan is taken, a zero) changes no other. Two scans decide.
+//! clock that is set while a scan is taken, a zero) changes no other. Two scans decide. Where time goes back a node begins
+//! anew, and a recording ends: two drives are not put upon each other.
 
 use geometry::Stamp;
 
@@ -20,6 +21,10 @@ pub(super) struct TimeCheck {
     doubtful: Option<Stamp>,
     /// How far the last two scans that agreed were apart.
     usual_s: f64,
+    /// Whether time ends where it goes back.
+    ends: bool,
+    /// By how much it went back where it ended.
+    gone_back_s: Option<f64>,
 }
 
 /// What a stamp says.
@@ -31,11 +36,26 @@ pub(super) enum Time {
     Doubtful { later_s: f64 },
     /// It is this much later than the last one, below 0: time has gone back.
     BeginsAnew { later_s: f64 },
+    /// It comes after the end.
+    Ended,
 }
 
 impl TimeCheck {
+    /// One for a recording, whose time ends where it goes back.
+    pub(super) fn of_a_recording() -> Self {
+        Self { ends: true, ..Self::default() }
+    }
+
+    /// By how much time has gone back, where it has ended.
+    pub(super) fn gone_back_s(&self) -> Option<f64> {
+        self.gone_back_s
+    }
+
     /// Judges the stamp of a scan by that of the last one with a pose.
     pub(super) fn judge(&mut self, stamp: Stamp, last: Option<Stamp>) -> Time {
+        if self.gone_back_s.is_some() {
+            return Time::Ended;
+        }
         let before = self.doubtful.take();
         let Some(later_s) = last.map(|last| stamp.seconds_since(last)) else {
             return Time::Follows;
@@ -52,7 +72,16 @@ impl TimeCheck {
             return Time::Doubtful { later_s };
         };
         self.usual_s = agreeing_s;
-        if later_s < 0.0 { Time::BeginsAnew { later_s } } else { Time::Follows }
+        if later_s < 0.0 { self.go_back(later_s) } else { Time::Follows }
+    }
+
+    /// Time has gone back: scans are this much later than the last one, below 0.
+    pub(super) fn go_back(&mut self, later_s: f64) -> Time {
+        if !self.ends {
+            return Time::BeginsAnew { later_s };
+        }
+        self.gone_back_s = Some(-later_s);
+        Time::Ended
     }
 }
 
@@ -62,17 +91,22 @@ mod tests {
 
     /// What is said of scans at these times, in seconds, each judged by the last one that was taken.
     fn said(times_s: &[f64]) -> String {
-        let (mut check, mut last) = (TimeCheck::default(), None);
+        said_by(&mut TimeCheck::default(), times_s)
+    }
+
+    fn said_by(check: &mut TimeCheck, times_s: &[f64]) -> String {
+        let mut last = None;
         let said = times_s.iter().map(|time_s| {
             let stamp = Stamp::from_nanos(2_000_000_000_000).plus_seconds(*time_s);
             let time = check.judge(stamp, last);
-            if !matches!(time, Time::Doubtful { .. }) {
+            if !matches!(time, Time::Doubtful { .. } | Time::Ended) {
                 last = Some(stamp);
             }
             match time {
                 Time::Follows => 'f',
                 Time::Doubtful { .. } => 'd',
                 Time::BeginsAnew { .. } => 'a',
+                Time::Ended => 'e',
             }
         });
         said.collect()
@@ -88,6 +122,16 @@ mod tests {
         // Anew, and a pause.
         assert_eq!(said(&[100.0, 100.1, 0.0, 0.1, 0.2]), "ffdaf");
         assert_eq!(said(&[0.0, 0.1, 60.0, 60.1, 60.2]), "ffdff");
+    }
+
+    #[test]
+    fn a_recording_ends_where_its_time_goes_back() {
+        let mut check = TimeCheck::of_a_recording();
+        assert_eq!(said_by(&mut check, &[0.0, 0.1, 60.0, 60.1, 3.0, 60.2]), "ffdfdf");
+        assert_eq!(check.gone_back_s(), None);
+        // What comes after the end may be of the first time again: it is not known of what.
+        assert_eq!(said_by(&mut check, &[100.0, 100.1, 0.0, 0.1, 0.2, 100.2]), "ffdeee");
+        assert_eq!(check.gone_back_s(), Some(100.0));
     }
 
     /// Regression: of scans that are more than ten seconds apart every other one was left out.

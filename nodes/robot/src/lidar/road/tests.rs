@@ -84,3 +84,16 @@ fn the_times_of_points_have_the_unit_of_the_odometry_in_the_map_too() {
         assert!((last_s - turn_s).abs() < 0.01 * turn_s, "{last_s} {turn_s}");
     }
 }
+
+/// Regression: two drives of one bag were put upon each other, in a trajectory whose stamps go back.
+#[test]
+fn a_drive_ends_where_its_stamps_go_back() {
+    let (mut drive, _folder) = drive(&LidarOdometryParameters::default());
+    let at = |tenths: u32| Stamp::from_secs_nanos(100, 0).plus_seconds(0.1 * f64::from(tenths));
+    for stamp in [at(20), at(21), at(22), at(0), at(1), at(2), at(23)] {
+        drive.take(Sensed::Cloud(scan(stamp, 0.1, [5.0, 8.0]))).unwrap();
+    }
+    assert_eq!((drive.trajectory.len(), drive.follower.poses().len()), (3, 3));
+    let lost = drive.follower.lost_after_the_end().unwrap();
+    assert!(lost.contains("go back by 2.1 s after 3 poses") && lost.contains("3 scans"), "{lost}");
+}
