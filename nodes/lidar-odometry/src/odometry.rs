@@ -6,6 +6,7 @@
 //! | `threshold` | how far the truth may be from the prediction |
 //! | `track` | the state after a scan; the first scans, and those that do not fit |
 //! | `pose` | the result of each scan |
+//! | `gap` | the search after a gap in the scans |
 //! | `hint` | the motion by wheels or a gyroscope |
 //! | `scan_to_scan` | the thesis' method, for comparison |
 //! | `follower` | both methods behind one call, with the choice of points |
@@ -16,6 +17,7 @@
 mod config;
 mod deskew;
 mod follower;
+mod gap;
 mod hint;
 mod pose;
 mod scan_to_scan;
@@ -146,20 +148,31 @@ impl LidarOdometry {
         // C, D: correspondences with the map reach as far as predictions have been off (eq. 6), and are doubted sooner.
         let rules = self.rules(&track.threshold);
         // E: the pose.
-        let found = match align(&cloud, &self.map, &predicted, &rules, &*self.executor) {
+        let unknown_s = track.unknown_s(passed_s, hint);
+        let found = if unknown_s > 0.0 {
+            self.search(&cloud, track, hint, passed_s)
+        } else {
+            align(&cloud, &self.map, &predicted, &rules, &*self.executor)
+        };
+        let found = match found {
             Ok(found) => found,
             Err(error) => return Ok(self.hold(track, scan, &cloud, (moment, &predicted), error)),
         };
         let odom_from_lidar = found.target_from_source;
         track.velocity = Twist::between(&track.odom_from_lidar.inv_mul(&odom_from_lidar), passed_s);
-        track.threshold.take_in(&predicted, &odom_from_lidar);
+        if unknown_s == 0.0 {
+            track.threshold.take_in(&predicted, &odom_from_lidar);
+        }
         track.arrive(moment, odom_from_lidar);
         self.take_in(&cloud, track);
         Ok(LidarPose {
             stamp: moment.stamp,
             odom_from_lidar,
             covariance: found.covariance,
-            quality: self.quality(&cloud, &rules, Outcome::Matched, Some(&found)),
+            quality: Quality {
+                unknown_s,
+                ..self.quality(&cloud, &rules, Outcome::Matched, Some(&found))
+            },
         })
     }
 }

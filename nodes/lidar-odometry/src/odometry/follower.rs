@@ -193,6 +193,7 @@ fn scan_to_scan(
         converged: found.as_ref().is_some_and(|found| found.converged),
         overlap: found.as_ref().map_or(0.0, |found| found.overlap),
         residual_rms_m: found.as_ref().map_or(0.0, |found| found.residual_rms_m),
+        unknown_s: 0.0,
         degenerate: found
             .as_ref()
             .map(|found| found.observability.weak().copied().collect())
@@ -216,6 +217,12 @@ impl Quality {
                 return Some(format!("the map begins anew: {error}{}", self.lack_of_points()));
             }
             Outcome::Matched => {}
+        }
+        if self.unknown_s > 0.0 {
+            return Some(format!(
+                "{:.1} s without a scan: the motion in them is not known, and the pose is where the scan fits the map best",
+                self.unknown_s
+            ));
         }
         if !self.degenerate.is_empty() {
             return Some(format!(

@@ -14,6 +14,11 @@ pub struct MotionHint {
 }
 
 impl MotionHint {
+    /// Whether the translation is known, not the turn alone.
+    pub(super) fn has_translation(&self) -> bool {
+        self.motion.is_some_and(|motion| is_rigid(&motion))
+    }
+
     /// The motion as it is expected: that of the wheels, or that of constant velocity; with the gyroscope's rotation.
     pub(super) fn motion(&self, going_on: &Isometry3<f64>) -> Option<Isometry3<f64>> {
         let by_wheels = self.motion.filter(is_rigid);

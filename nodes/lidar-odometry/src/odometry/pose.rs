@@ -39,6 +39,8 @@ pub struct Quality {
     pub overlap: f64,
     /// The root of the mean square of what they miss it by, across the surface.
     pub residual_rms_m: f64,
+    /// How long before it the motion was not measured, where that is longer than it can be predicted: scans are missing. 0 elsewhere.
+    pub unknown_s: f64,
     /// The directions that were predicted, since the scene does not determine them.
     pub degenerate: Vec<Direction>,
 }

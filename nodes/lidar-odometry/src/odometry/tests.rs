@@ -1,5 +1,7 @@
 //! Drives through scenes whose truth is known.
 
+mod gaps;
+
 use geometry::Stamp;
 use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -51,6 +51,8 @@ pub(super) struct Track {
     /// Unknown after the first scan of a map.
     pub(super) velocity: Option<Twist>,
     pub(super) threshold: AdaptiveThreshold,
+    /// From the pose before to this one; 0 for the first.
+    pub(super) interval_s: f64,
     /// The map's first scan, until the second one shows how the vehicle moved in it.
     first: Option<FirstScan>,
     /// Counts the scans.
@@ -87,6 +89,7 @@ impl Track {
 
     /// The next pose.
     pub(super) fn arrive(&mut self, moment: &Moment, odom_from_lidar: Isometry3<f64>) {
+        self.interval_s = moment.stamp.seconds_since(self.stamp);
         self.stamp = moment.stamp;
         self.odom_from_lidar = odom_from_lidar;
         self.scans += 1;
@@ -114,6 +117,7 @@ impl LidarOdometry {
             odom_from_lidar: origin,
             velocity: None,
             threshold,
+            interval_s: 0.0,
             first: Some(FirstScan::of(scan)),
             scans: 0,
             held_scans: 0,
@@ -270,6 +274,7 @@ impl LidarOdometry {
             converged: found.is_some_and(|found| found.converged),
             overlap: found.map_or(0.0, |found| found.overlap),
             residual_rms_m: found.map_or(0.0, |found| found.residual_rms_m),
+            unknown_s: 0.0,
             degenerate: found
                 .map(|found| found.observability.weak().copied().collect())
                 .unwrap_or_default(),

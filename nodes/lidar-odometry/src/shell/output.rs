@@ -122,6 +122,7 @@ mod tests {
             converged: true,
             overlap: 1.0,
             residual_rms_m: 0.0,
+            unknown_s: 0.0,
             degenerate: Vec::new(),
         };
         LidarPose { stamp: Stamp::default(), odom_from_lidar, covariance, quality }

@@ -24,6 +24,8 @@ pub(crate) struct LidarSummary {
     pub poses: usize,
     /// Those of them whose pose is a prediction.
     pub predicted: usize,
+    /// Those after a gap in the scans, in which the motion is not known.
+    pub after_a_gap: usize,
     /// The cause of the last scan that could not be registered.
     pub last_trouble: Option<String>,
     /// The length of the trajectory.
@@ -138,6 +140,7 @@ impl LidarSummary {
             scans: follower.reports().len(),
             poses: poses.len(),
             predicted: count("held").filter(|held| *held > 0).count(),
+            after_a_gap: count("after_a_gap").filter(|gap| *gap > 0).count(),
             last_trouble: follower.last_trouble().map(str::to_owned),
             path_m,
             closed_loops: follower.closed_loops(),
@@ -171,6 +174,12 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
         console::print(format_args!(
             "{} poses are predictions: their scans could not be registered",
             summary.predicted
+        ))?;
+    }
+    if summary.after_a_gap > 0 {
+        console::print(format_args!(
+            "gaps in the scans: {}; the motion in them is not known, and the poses after them are where the scans fit the map best",
+            summary.after_a_gap
         ))?;
     }
     if let Some(trouble) = &summary.last_trouble {

@@ -39,6 +39,12 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
             odometry.predicted
         ));
     }
+    if odometry.after_a_gap > 0 {
+        lead.push(format!(
+            "Gaps in the scans: {}. The motion in them is not known, and the poses after them are where the scans fit the map best.",
+            odometry.after_a_gap
+        ));
+    }
     lead.extend(
         odometry
             .last_trouble
