@@ -130,7 +130,7 @@ impl LidarFollower {
         self.stage.loops().map_or(0, |known| known.closed)
     }
 
-    /// The cause of the last scan that could not be registered.
+    /// Why the last doubtful pose is not to be trusted as others are.
     pub fn last_trouble(&self) -> Option<&str> {
         self.stage.last_trouble()
     }

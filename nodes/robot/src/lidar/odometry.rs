@@ -26,7 +26,9 @@ pub(crate) struct LidarSummary {
     pub predicted: usize,
     /// Those after a gap in the scans, in which the motion is not known.
     pub after_a_gap: usize,
-    /// The cause of the last scan that could not be registered.
+    /// Those whose pose is not to be trusted as others are: predictions, and those after gaps, among them.
+    pub doubtful: usize,
+    /// Why, of the last of them.
     pub last_trouble: Option<String>,
     /// The length of the trajectory.
     pub path_m: f64,
@@ -141,6 +143,7 @@ impl LidarSummary {
             poses: poses.len(),
             predicted: count("held").filter(|held| *held > 0).count(),
             after_a_gap: count("after_a_gap").filter(|gap| *gap > 0).count(),
+            doubtful: count("doubtful").filter(|doubtful| *doubtful > 0).count(),
             last_trouble: follower.last_trouble().map(str::to_owned),
             path_m,
             closed_loops: follower.closed_loops(),
@@ -183,7 +186,7 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
         ))?;
     }
     if let Some(trouble) = &summary.last_trouble {
-        console::print(format_args!("the last scan that could not be registered: {trouble}"))?;
+        console::print(format_args!("doubtful poses: {}; the last: {trouble}", summary.doubtful))?;
     }
     if summary.closed_loops > 0 {
         console::print(format_args!("loops closed: {}", summary.closed_loops))?;

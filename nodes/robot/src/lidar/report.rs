@@ -49,7 +49,7 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
         odometry
             .last_trouble
             .iter()
-            .map(|trouble| format!("The last scan that could not be registered: {trouble}.")),
+            .map(|trouble| format!("Doubtful poses: {}; the last: {trouble}.", odometry.doubtful)),
     );
     lead.extend(summary.losses.iter().map(|loss| format!("Lost: {loss}.")));
     let row = |name: &str, texts: Vec<String>| {

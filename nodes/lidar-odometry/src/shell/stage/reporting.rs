@@ -80,6 +80,7 @@ impl Stage {
             ("overlap_percent", (100.0 * quality.overlap) as u64),
             ("predicted_directions", count(quality.degenerate.len())),
             ("held", u64::from(is_held)),
+            ("doubtful", u64::from(quality.trouble().is_some())),
             ("after_a_gap", u64::from(quality.unknown_s > 0.0)),
             ("closed_loops", count(self.loops().map_or(0, |known| known.closed))),
         ];

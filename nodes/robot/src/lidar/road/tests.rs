@@ -97,3 +97,19 @@ fn a_drive_ends_where_its_stamps_go_back() {
     let lost = drive.follower.lost_after_the_end().unwrap();
     assert!(lost.contains("go back by 2.1 s after 3 poses") && lost.contains("3 scans"), "{lost}");
 }
+
+/// Regression: the summary had the last trouble alone, of one scan or of all.
+#[test]
+fn the_summary_counts_the_doubtful_poses() {
+    let (mut drive, _folder) = drive(&LidarOdometryParameters::default());
+    let mut doubtful_after = |scans: std::ops::Range<u32>, ranges_m: [f32; 2]| {
+        for tenths in scans {
+            let stamp = Stamp::from_secs_nanos(100, 0).plus_seconds(0.1 * f64::from(tenths));
+            drive.take(Sensed::Cloud(scan(stamp, 0.1, ranges_m))).unwrap();
+        }
+        LidarSummary::of(&drive.follower).doubtful
+    };
+    let before = doubtful_after(0..4, [5.0, 8.0]);
+    // Where the map has nothing.
+    assert_eq!(doubtful_after(4..7, [50.0, 55.0]), before + 3);
+}
