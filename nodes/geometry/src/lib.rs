@@ -79,7 +79,7 @@ pub use depth_projection::{
 };
 pub use distance::{DistanceAt, DistanceLattice, Distances, NearestObstacle, PlaceState};
 pub use label::{LabelImage, LabelSizeError};
-pub use lidar_cloud::LidarCloud;
+pub use lidar_cloud::{LidarCloud, span_without_strays};
 pub use map_path::{
     ContinuousFrame, LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex,
 };

@@ -1,5 +1,7 @@
 //! One revolution of a spinning LiDAR, as its driver lists it.
 
+use std::ops::RangeInclusive;
+
 use nalgebra::Point3;
 
 use crate::{Revolution, Stamp};
@@ -69,6 +71,40 @@ impl From<&Revolution> for LidarCloud {
     }
 }
 
+/// From the first to the last of the times of a scan's points, without strays: a hundredth at each end may be wrong, and is where it is
+/// farther from the rest than this lasts. Times that are not finite are left out; `None` without any other.
+#[must_use]
+pub fn span_without_strays(times: impl Iterator<Item = f64>) -> Option<RangeInclusive<f64>> {
+    const STRAYS_IN: usize = 100;
+    const FEW: usize = 100;
+    const ENDS_OF_FEW_IN: usize = 5;
+    let mut times: Vec<f64> = times.filter(|time| time.is_finite()).collect();
+    let whole = span(times.iter().copied());
+    // What is near the middle of a few of them is near the rest of all: mostly both ends are, and not all need be ordered.
+    let mut few: Vec<f64> = times.iter().copied().step_by(times.len() / FEW + 1).collect();
+    let near = near_the_rest(&mut few, ENDS_OF_FEW_IN)?;
+    if near.contains(whole.start()) && near.contains(whole.end()) {
+        return Some(whole);
+    }
+    let near = near_the_rest(&mut times, STRAYS_IN)?;
+    Some(span(times.into_iter().filter(|time| near.contains(time))))
+}
+
+/// What is no farther from all but one in so many times at each end than these last.
+fn near_the_rest(times: &mut [f64], one_in: usize) -> Option<RangeInclusive<f64>> {
+    let last = times.len().checked_sub(1)?;
+    let ends = times.len() / one_in;
+    let low = *times.select_nth_unstable_by(ends, f64::total_cmp).1;
+    let high = *times.select_nth_unstable_by(last - ends, f64::total_cmp).1;
+    Some(low - (high - low)..=high + (high - low))
+}
+
+fn span(times: impl Iterator<Item = f64>) -> RangeInclusive<f64> {
+    times.fold(f64::INFINITY..=f64::NEG_INFINITY, |span, time| {
+        span.start().min(time)..=span.end().max(time)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,5 +137,22 @@ mod tests {
     #[test]
     fn times_that_do_not_differ_are_none() {
         assert_eq!(LidarCloud::from(&revolution([0.0, 0.0])).times_s, None);
+    }
+
+    #[test]
+    fn a_hundredth_of_the_times_may_be_strays() {
+        let span = |strays: &[f64]| {
+            let turn = (0..1000).map(|point| 0.1 * f64::from(point) / 999.0);
+            span_without_strays(turn.chain(strays.iter().copied()))
+        };
+        assert_eq!(span(&[]), Some(0.0..=0.1));
+        assert_eq!(span(&[f64::NAN, f64::INFINITY]), Some(0.0..=0.1));
+        assert_eq!(span(&[3.0, -1e30, 1e30, -0.11]), Some(0.0..=0.1));
+        // Before and after the rest, but near it.
+        assert_eq!(span(&[-0.05, 0.19]), Some(-0.05..=0.19));
+        // More are no strays, nor are there any among few.
+        assert_eq!(span(&[3.0; 20]), Some(0.0..=3.0));
+        assert_eq!(span_without_strays([3.0, 0.0, f64::NAN].into_iter()), Some(0.0..=3.0));
+        assert_eq!(span_without_strays([f64::NAN].into_iter()), None);
     }
 }

@@ -2,6 +2,7 @@
 
 mod drive_map;
 mod files;
+mod findings;
 mod follower;
 mod odometry;
 mod pictures;

@@ -158,6 +158,31 @@ fn what_is_no_time_is_said_and_left_out() {
     assert_eq!((bare.cloud.rings, bare.cloud.intensities), (None, None));
 }
 
+/// Regression: the time of one point, as of a return that a driver stamps wrongly, decided on the unit and the origin of all.
+#[test]
+fn a_stray_time_changes_neither_unit_nor_origin() {
+    let epoch_s = f64::from(STAMP_S);
+    let drivers: [(f64, TimeUnit, f64); 3] = [
+        (0.0, TimeUnit::Seconds, 1.0),
+        (0.0, TimeUnit::Nanoseconds, 1e-9),
+        (epoch_s, TimeUnit::Seconds, 1.0),
+    ];
+    for (from_s, unit, unit_s) in drivers {
+        for stray in [-1.0, 3.0, 1e12] {
+            let mut times: Vec<f64> = (0..200_u8)
+                .map(|point| (from_s + TURN_S * f64::from(point) / 199.0) / unit_s)
+                .collect();
+            let stamp = Stamp::from_secs_nanos(STAMP_S, 0);
+            let healthy = times::understood("time", &mut times.clone(), stamp, None);
+            times[70] = times[0] + stray / unit_s;
+            let read = times::understood("time", &mut times, stamp, None);
+            assert_eq!(read, healthy, "{stray} s off");
+            assert!(matches!(read, PointTimes::Known { unit: of, .. } if of == unit), "{read}");
+            assert!(times[0].abs() < 1e-6 && (times[199] - TURN_S).abs() < 1e-6);
+        }
+    }
+}
+
 #[test]
 fn points_that_are_no_returns_are_left_out_with_all_that_is_said_of_them() {
     let mut message = turn("time", PointField::FLOAT64, |s| s * TURN_S);

@@ -1,8 +1,9 @@
 //! When points were measured, in any unit and by any clock of the driver.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
-use geometry::Stamp;
+use geometry::{Stamp, span_without_strays};
 
 /// The unit of a field of times.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -118,23 +119,20 @@ const LONGEST_S: f64 = 3.162;
 /// Clocks of a scanner and its computer that both count from 1970 are no farther apart.
 const SAME_CLOCK_S: f64 = 10.0;
 
-/// How `times` are meant; if they are, they are in seconds since the stamp afterwards.
+/// How `times` are meant, whatever single ones say; if they are, they are in seconds since the stamp afterwards.
 pub(super) fn understood(
     field: &'static str,
     times: &mut [f64],
     stamp: Stamp,
     unit: Option<TimeUnit>,
 ) -> PointTimes {
-    let finite = times.iter().copied().filter(|time| time.is_finite());
-    let (earliest, latest) = finite
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), time| {
-            (low.min(time), high.max(time))
-        });
-    let span = latest - earliest;
-    // Without a point the span is not positive either.
-    if span.is_nan() || span <= 0.0 {
+    let Some((earliest, latest)) = span_without_strays(times.iter().copied())
+        .map(RangeInclusive::into_inner)
+        .filter(|(earliest, latest)| earliest < latest)
+    else {
         return PointTimes::AllTheSame { field };
-    }
+    };
+    let span = latest - earliest;
     let is_scan = |unit: &TimeUnit| (SHORTEST_S..LONGEST_S).contains(&(span * unit.seconds()));
     let Some(unit) = unit.or_else(|| TimeUnit::ALL.into_iter().find(is_scan)) else {
         return PointTimes::NoRevolution { field, span };

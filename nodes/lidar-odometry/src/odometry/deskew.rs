@@ -1,7 +1,7 @@
 //! The points of a scan as if all had been measured at once.
 
 use estimation::Twist;
-use geometry::LidarCloud;
+use geometry::{LidarCloud, span_without_strays};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use crate::revolution::LONGEST_S;
@@ -18,16 +18,12 @@ pub(super) struct Span {
 }
 
 impl Span {
-    /// From the first to the last of the times within [`LONGEST_S`] of the stamp; `None` without any.
+    /// From the first to the last of the times within [`LONGEST_S`] of the stamp, without strays; `None` without any.
     pub(super) fn of(times_s: &[f32]) -> Option<Self> {
-        let (first_s, last_s) = times_s
-            .iter()
-            .map(|time_s| f64::from(*time_s))
-            .filter(|time_s| time_s.abs() <= LONGEST_S)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), time_s| {
-                (first.min(time_s), last.max(time_s))
-            });
-        (first_s <= last_s).then_some(Self { first_s, last_s })
+        let times_s = times_s.iter().map(|time_s| f64::from(*time_s));
+        let near = times_s.filter(|time_s| time_s.abs() <= LONGEST_S);
+        let (first_s, last_s) = span_without_strays(near)?.into_inner();
+        Some(Self { first_s, last_s })
     }
 
     /// The middle: to it the points are moved.
@@ -66,8 +62,8 @@ pub(super) fn deskewed(
 }
 
 /// The points of a cloud as if all had been measured at the middle of its times, while the scanner moved as from the pose
-/// before: by `last_from_now` in `passed_s`. Those of a cloud without times stay, and points without a time within ten seconds of
-/// the stamp become not a number.
+/// before: by `last_from_now` in `passed_s`. Those of a cloud without times stay, and points without a time, or with a stray one,
+/// become not a number.
 #[must_use]
 pub fn deskewed_cloud(
     cloud: &LidarCloud,

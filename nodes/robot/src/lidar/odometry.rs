@@ -8,6 +8,7 @@ use node_shell::parameters::{self, Assignment};
 use report::DurationStatistics;
 use serde::Serialize;
 
+use super::findings::findings;
 use super::{LidarArgs, LidarFollower, LidarSource, NODE, Sensed};
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -74,14 +75,15 @@ pub fn run(
     write_trajectory(output, &poses, &follower.base_from_lidar())?;
     let summary = LidarSummary::of(&follower);
     print_summary(&summary, output, json)?;
-    for loss in &losses {
-        console::print_failure(&Failure::new(loss.as_str()));
-    }
+    let findings = findings(&summary);
+    let lost: Vec<Failure> = losses.iter().map(|loss| Failure::new(loss.as_str())).collect();
+    lost.iter().chain(&findings).for_each(console::print_failure);
     if summary.poses == 0 {
         return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
             .fix("the causes are above; `stillmap info` lists what a bag holds"));
     }
-    Ok(if losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+    let is_complete = losses.is_empty() && findings.is_empty();
+    Ok(if is_complete { Outcome::Complete } else { Outcome::WithLosses })
 }
 
 /// The node's parameters from files; loops are closed if these or `loop_closing` say so.

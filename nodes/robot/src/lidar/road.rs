@@ -16,6 +16,7 @@ use super::drive_map::DriveMap;
 use super::files::{
     RoadColour, RoadExtent, cannot_write, for_each, write_las, write_pcd, write_ply,
 };
+use super::findings::findings;
 use super::follower::FollowedScan;
 use super::odometry::{LidarSummary, failed, load, print};
 use super::{LidarArgs, LidarFollower, LidarSource, Sensed, pictures, report};
@@ -139,9 +140,10 @@ pub fn run(
     } else {
         print_summary(&summary, out)?;
     }
-    for loss in &summary.losses {
-        console::print_failure(&Failure::new(loss.as_str()));
-    }
+    let findings = findings(&summary.odometry);
+    let lost: Vec<Failure> =
+        summary.losses.iter().map(|loss| Failure::new(loss.as_str())).collect();
+    lost.iter().chain(&findings).for_each(console::print_failure);
     if interrupt.has_come() {
         console::note("interrupted: the map is of what was read until then");
         return Ok(Outcome::Interrupted);
@@ -150,7 +152,8 @@ pub fn run(
         return Err(Failure::new(format!("no scan of {} has a pose", source.name()))
             .fix("`stillmap info` lists what a bag holds"));
     }
-    Ok(if summary.losses.is_empty() { Outcome::Complete } else { Outcome::WithLosses })
+    let is_complete = summary.losses.is_empty() && findings.is_empty();
+    Ok(if is_complete { Outcome::Complete } else { Outcome::WithLosses })
 }
 
 fn print_summary(summary: &RoadSummary, out: &Path) -> Result<(), Failure> {

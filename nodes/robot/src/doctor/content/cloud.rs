@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use estimation::quantile::upper_median;
+use geometry::span_without_strays;
 use msgs::convert::{PointTimes, lidar_cloud_from_message};
 use msgs::sensor_msgs::{PointCloud2, PointField};
 
@@ -148,12 +149,9 @@ impl CloudFacts {
             PointTimes::Known { field, .. } => {
                 self.time_field = Some(field);
                 let times_s = reading.cloud.times_s.unwrap_or_default().into_iter();
-                let times_s = times_s.filter(|time_s| time_s.is_finite());
-                let ends = times_s
-                    .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), time_s| {
-                        (low.min(time_s), high.max(time_s))
-                    });
-                self.turn_s.add(f64::from(ends.1 - ends.0));
+                if let Some(turn) = span_without_strays(times_s.map(f64::from)) {
+                    self.turn_s.add(turn.end() - turn.start());
+                }
             }
         }
     }

@@ -113,3 +113,21 @@ fn the_summary_counts_the_doubtful_poses() {
     // Where the map has nothing.
     assert_eq!(doubtful_after(4..7, [50.0, 55.0]), before + 3);
 }
+
+/// Regression: a drive of which half of the scans were dropped was complete.
+#[test]
+fn many_dropped_scans_are_a_finding() {
+    let (mut drive, _folder) = drive(&LidarOdometryParameters::default());
+    let mut found_after = |scans: std::ops::Range<u32>, wrong_by_s: f64| {
+        for tenths in scans {
+            let at_s = 0.1 * f64::from(tenths) + if tenths % 2 == 1 { wrong_by_s } else { 0.0 };
+            let stamp = Stamp::from_secs_nanos(100, 0).plus_seconds(at_s);
+            drive.take(Sensed::Cloud(scan(stamp, 0.1, [5.0, 8.0]))).unwrap();
+        }
+        findings(&LidarSummary::of(&drive.follower)).iter().map(ToString::to_string).collect()
+    };
+    let none: Vec<String> = found_after(0..6, 0.0);
+    assert!(none.is_empty(), "{none:?}");
+    let found = found_after(6..18, 3600.0);
+    assert!(found.len() == 1 && found[0].starts_with("6 scans were dropped, 12 have"), "{found:?}");
+}
