@@ -13,6 +13,7 @@ mod source;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use findings::POINT_TIMES_FIX;
 pub use follower::LidarFollower;
 pub use odometry::run as run_odometry;
 pub(crate) use road::RESULTS as ROAD_RESULTS;

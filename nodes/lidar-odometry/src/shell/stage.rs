@@ -133,7 +133,10 @@ impl Stage {
             Arrival::Cloud(message) => match convert::lidar_cloud_from_message(&message, self.unit)
             {
                 Ok(LidarCloudReading { cloud, times }) => {
-                    self.report_times(times);
+                    // An empty cloud says nothing of them.
+                    if !cloud.points_m.is_empty() {
+                        self.report_times(times);
+                    }
                     self.scan(&cloud, None, timer);
                     Ok(())
                 }
@@ -330,6 +333,12 @@ impl Stage {
     #[must_use]
     pub fn last_trouble(&self) -> Option<&str> {
         self.last_trouble.as_deref()
+    }
+
+    /// How the times of the points of the last cloud were understood; `None` before it, and of packets, which have times.
+    #[must_use]
+    pub fn point_times(&self) -> Option<PointTimes> {
+        self.times
     }
 
     #[cfg(test)]

@@ -6,6 +6,19 @@ use super::odometry::LidarSummary;
 use crate::failure::Failure;
 use crate::run::are_many;
 
+/// What to do where the points of a scanner that turns have no times.
+pub(crate) const POINT_TIMES_FIX: &str = "let the driver publish the time of each point (velodyne_driver: XYZIRT; ouster: t; hesai, \
+                                          robosense: timestamp), or record its packets";
+
+/// What is to be said where scans have no times of points.
+pub(super) fn without_times(summary: &LidarSummary) -> String {
+    format!(
+        "{} of {} scans have no times of points: the motion within them is not corrected, unless it was before (as in KITTI's benchmark): the \
+         faster the vehicle, the shorter and the more bent is the path -> {POINT_TIMES_FIX}",
+        summary.without_times, summary.poses
+    )
+}
+
 /// What the user should know of a drive, each with its fix; empty if there is nothing.
 pub(super) fn findings(summary: &LidarSummary) -> Vec<Failure> {
     let mut findings = Vec::new();

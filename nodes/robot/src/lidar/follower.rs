@@ -135,6 +135,11 @@ impl LidarFollower {
         self.stage.last_trouble()
     }
 
+    /// How the times of points were understood.
+    pub fn point_times(&self) -> Option<String> {
+        self.stage.point_times().map(|times| times.to_string())
+    }
+
     /// The reports so far.
     pub fn reports(&self) -> &[StageReport] {
         self.listener.reports()

@@ -8,7 +8,7 @@ use node_shell::parameters::{self, Assignment};
 use report::DurationStatistics;
 use serde::Serialize;
 
-use super::findings::findings;
+use super::findings::{findings, without_times};
 use super::{LidarArgs, LidarFollower, LidarSource, NODE, Sensed};
 use crate::console;
 use crate::failure::{Failure, Outcome};
@@ -31,6 +31,10 @@ pub(crate) struct LidarSummary {
     pub doubtful: usize,
     /// Why, of the last of them.
     pub last_trouble: Option<String>,
+    /// How the times of points were understood, of the last scan.
+    pub point_times: Option<String>,
+    /// The scans with a pose whose points have no times.
+    pub without_times: usize,
     /// The length of the trajectory.
     pub path_m: f64,
     /// Loops that were closed.
@@ -147,6 +151,8 @@ impl LidarSummary {
             after_a_gap: count("after_a_gap").filter(|gap| *gap > 0).count(),
             doubtful: count("doubtful").filter(|doubtful| *doubtful > 0).count(),
             last_trouble: follower.last_trouble().map(str::to_owned),
+            point_times: follower.point_times(),
+            without_times: count("without_times").filter(|without| *without > 0).count(),
             path_m,
             closed_loops: follower.closed_loops(),
             without_a_pose: follower.drops(),
@@ -189,6 +195,12 @@ pub(super) fn print(summary: &LidarSummary) -> Result<(), Failure> {
     }
     if let Some(trouble) = &summary.last_trouble {
         console::print(format_args!("doubtful poses: {}; the last: {trouble}", summary.doubtful))?;
+    }
+    if let Some(times) = &summary.point_times {
+        console::print(format_args!("times of points: {times}"))?;
+    }
+    if summary.without_times > 0 {
+        console::print(without_times(summary))?;
     }
     if summary.closed_loops > 0 {
         console::print(format_args!("loops closed: {}", summary.closed_loops))?;

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use report::{CellTone, Page, PageCell, PagePart, PageRow, PageSection, PageTable, page_html};
 
+use super::findings::without_times;
 use super::pictures::NamedPicture;
 use super::road::RoadSummary;
 
@@ -51,6 +52,9 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
             .iter()
             .map(|trouble| format!("Doubtful poses: {}; the last: {trouble}.", odometry.doubtful)),
     );
+    if odometry.without_times > 0 {
+        lead.push(format!("{}.", without_times(odometry)));
+    }
     lead.extend(summary.losses.iter().map(|loss| format!("Lost: {loss}.")));
     let row = |name: &str, texts: Vec<String>| {
         let cell = |text| PageCell { text, tone: CellTone::Plain };
@@ -94,6 +98,10 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
         facts: vec![
             ("recording".to_owned(), name),
             ("scans".to_owned(), odometry.scans.to_string()),
+            (
+                "times of points".to_owned(),
+                odometry.point_times.clone().unwrap_or_else(|| "unknown".to_owned()),
+            ),
             ("tiles kept in files".to_owned(), summary.map.spilled_tiles.to_string()),
         ],
         lead,

@@ -81,6 +81,7 @@ impl Stage {
             ("predicted_directions", count(quality.degenerate.len())),
             ("held", u64::from(is_held)),
             ("doubtful", u64::from(quality.trouble().is_some())),
+            ("without_times", u64::from(cloud.times_s.is_none())),
             ("after_a_gap", u64::from(quality.unknown_s > 0.0)),
             ("closed_loops", count(self.loops().map_or(0, |known| known.closed))),
         ];

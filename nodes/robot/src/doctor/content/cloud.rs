@@ -8,6 +8,7 @@ use msgs::convert::{PointTimes, lidar_cloud_from_message};
 use msgs::sensor_msgs::{PointCloud2, PointField};
 
 use super::{Check, Finding, Subject, Typical};
+use crate::lidar::POINT_TIMES_FIX;
 
 /// About how many points of a cloud are sampled.
 const SAMPLES: usize = 2000;
@@ -193,15 +194,13 @@ impl CloudFacts {
         if !turns || !(self.is_scanner || is_scanner(subject.topic)) {
             return None;
         }
-        const FIX: &str = "let the driver publish the time of each point (velodyne_driver: XYZIRT; ouster: t; \
-                            hesai, robosense: timestamp), or record its packets";
         let topic = subject.topic;
         let Some(name) = self.time_field else {
             let what = format!(
                 "{topic}: the clouds of a scanner that turns have no time for each point (fields: {})",
                 self.fields.join(", ")
             );
-            return Some(Finding::warn(Check::PointTimes, what, FIX));
+            return Some(Finding::warn(Check::PointTimes, what, POINT_TIMES_FIX));
         };
         const UNITS: &str = "the times of the points of a turn, in seconds or a thousandth, millionth or billionth of them, as drivers have \
                               them: see what the driver publishes";
@@ -215,7 +214,7 @@ impl CloudFacts {
         };
         if turn_s == 0.0 {
             let what = format!("{topic}: the field {name} is the same for all points of a cloud");
-            return Some(Finding::warn(Check::PointTimes, what, FIX));
+            return Some(Finding::warn(Check::PointTimes, what, POINT_TIMES_FIX));
         }
         let period_s = subject.period_s?;
         if (LEAST_PERIODS * period_s..=MOST_PERIODS * period_s).contains(&turn_s) {

@@ -6,6 +6,7 @@ use msgs::convert::message_from_revolution;
 use msgs::sensor_msgs::PointCloud2;
 use nalgebra::{Point3, Rotation3};
 
+use super::super::findings::without_times;
 use super::*;
 
 const COLUMNS: usize = 200;
@@ -130,4 +131,24 @@ fn many_dropped_scans_are_a_finding() {
     assert!(none.is_empty(), "{none:?}");
     let found = found_after(6..18, 3600.0);
     assert!(found.len() == 1 && found[0].starts_with("6 scans were dropped, 12 have"), "{found:?}");
+}
+
+/// Regression: of clouds without times of points only the node's diagnostics said it; the path of a fast drive was short without a word.
+#[test]
+fn the_summary_says_what_is_known_of_the_times_of_points() {
+    let after = |turn_s: f32| {
+        let (mut drive, _folder) = drive(&LidarOdometryParameters::default());
+        for tenths in 0..3 {
+            let stamp = Stamp::from_secs_nanos(100, 0).plus_seconds(0.1 * f64::from(tenths));
+            drive.take(Sensed::Cloud(scan(stamp, turn_s, [5.0, 8.0]))).unwrap();
+        }
+        drive.take(Sensed::Cloud(PointCloud2::default())).unwrap();
+        LidarSummary::of(&drive.follower)
+    };
+    let (known, none) = (after(0.1), after(0.0));
+    assert_eq!((known.without_times, none.without_times), (0, 3));
+    assert_eq!(known.point_times.unwrap(), "time is in seconds, from the stamp");
+    let said = without_times(&none);
+    assert!(said.contains("3 of 3") && said.contains("velodyne_driver"), "{said}");
+    assert!(none.point_times.unwrap().contains("the same for all points"));
 }
