@@ -1,6 +1,7 @@
 //! The sources of scans: a bag, a capture of packets, or a folder of KITTI's scans. All yield clouds as a driver publishes them.
 
 mod bag;
+mod other_drivers;
 
 use std::fs::File;
 use std::io::Read;

@@ -12,7 +12,7 @@ use msgs::sensor_msgs::{Imu, PointCloud2};
 use msgs::velodyne_msgs::VelodyneScan;
 use msgs::{RosMessage, std_msgs};
 
-use super::{LidarArgs, Losses, Sensed, assembly, cloud_of, packet_losses};
+use super::{LidarArgs, Losses, Sensed, assembly, cloud_of, other_drivers, packet_losses};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::offer::Offer;
@@ -58,18 +58,22 @@ impl BagSource {
                 named.to_owned()
             }
             (Some(named), ..) => {
-                return Err(Failure::new(format!("topic {named} has no scans of a LiDAR")).fix(
-                    "--lidar names a topic of sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan",
-                ));
+                return Err(other_drivers::refusal(info, named).unwrap_or_else(|| {
+                    Failure::new(format!("topic {named} has no scans of a LiDAR")).fix(
+                        "--lidar names a topic of sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan",
+                    )
+                }));
             }
             // Beside packets a cloud without a scanner's name is a depth camera's.
             (None, [cloud], [only]) if !usual(&cloud) => only.clone(),
             (None, [only], _) => only.clone(),
             (None, [], [only]) => only.clone(),
             (None, [], []) => {
-                return Err(Failure::new(format!("the bag has no scans of a LiDAR{}", offer.unread())).fix(
-                    "it takes sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; `stillmap info` lists what there is",
-                ));
+                return Err(other_drivers::refusal_of_any(info).unwrap_or_else(|| {
+                    Failure::new(format!("the bag has no scans of a LiDAR{}", offer.unread())).fix(
+                        "it takes sensor_msgs/PointCloud2 or velodyne_msgs/VelodyneScan; `stillmap info` lists what there is",
+                    )
+                }));
             }
             (None, several, others) => {
                 let mut fits = several.iter().filter(usual);
