@@ -1,6 +1,7 @@
 //! The core with its topics: every scan ends in a pose, or in a reason why there is none.
 
 mod reporting;
+mod sectors;
 mod time_check;
 
 use std::sync::Arc;
@@ -24,11 +25,13 @@ use crate::live::LiveCounts;
 use crate::loop_closing::KnownLoops;
 use crate::odometry::{Follower, FollowerError, LidarPose, Outcome, Refusal, deskewed_cloud};
 use crate::revolution::{BuiltRevolution, RevolutionAssembly};
+use sectors::Sectors;
 use time_check::{Time, TimeCheck};
 
 /// The conditions in the diagnostics.
 const TRACKING: &str = "tracking";
 const TIMES: &str = "times of points";
+const TURNS: &str = "turns";
 const PACKETS: &str = "packets";
 const PANORAMA: &str = "panorama";
 /// This many scans in a row that are a little late are another time.
@@ -51,6 +54,7 @@ pub struct Stage {
     late_scans: u32,
     time_check: TimeCheck,
     times: Option<PointTimes>,
+    sectors: Sectors,
     /// Where the scanner was last, and when.
     last: Option<(Stamp, Isometry3<f64>)>,
     in_trouble: bool,
@@ -89,6 +93,7 @@ impl Stage {
             late_scans: 0,
             time_check: TimeCheck::default(),
             times: None,
+            sectors: Sectors::default(),
             last: None,
             in_trouble: true,
             last_trouble: None,
@@ -246,13 +251,14 @@ impl Stage {
             }
         };
         self.late_scans = 0;
+        let is_another_sector = self.report_sector(cloud);
         self.report_state(&pose);
         let odom_from_base = self.output.publish(&pose);
         self.show(cloud, revolution, &pose, odom_from_base);
         timer.end_of("publish");
         self.look_for_a_loop(cloud, &pose, &odom_from_base);
         timer.end_of("loops");
-        self.report(cloud, &pose, &timer);
+        self.report(cloud, (&pose, is_another_sector), &timer);
         self.last = Some((pose.stamp, pose.odom_from_lidar));
     }
 

@@ -27,6 +27,8 @@ pub(crate) struct LidarSummary {
     pub predicted: usize,
     /// Those after a gap in the scans, in which the motion is not known.
     pub after_a_gap: usize,
+    /// Those that see another sector than the scan before: parts of turns.
+    pub other_sectors: usize,
     /// Those whose pose is not to be trusted as others are: predictions, and those after gaps, among them.
     pub doubtful: usize,
     /// Why, of the last of them.
@@ -149,6 +151,7 @@ impl LidarSummary {
             poses: poses.len(),
             predicted: count("held").filter(|held| *held > 0).count(),
             after_a_gap: count("after_a_gap").filter(|gap| *gap > 0).count(),
+            other_sectors: count("other_sector").filter(|other| *other > 0).count(),
             doubtful: count("doubtful").filter(|doubtful| *doubtful > 0).count(),
             last_trouble: follower.last_trouble().map(str::to_owned),
             point_times: follower.point_times(),

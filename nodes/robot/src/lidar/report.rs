@@ -52,6 +52,12 @@ pub(super) fn page(summary: &RoadSummary, pictures: Vec<NamedPicture>, recording
             .iter()
             .map(|trouble| format!("Doubtful poses: {}; the last: {trouble}.", odometry.doubtful)),
     );
+    if odometry.other_sectors > 0 {
+        lead.push(format!(
+            "Clouds that see another sector than the one before: {}. They are parts of turns, and the odometry needs whole ones.",
+            odometry.other_sectors
+        ));
+    }
     if odometry.without_times > 0 {
         lead.push(format!("{}.", without_times(odometry)));
     }

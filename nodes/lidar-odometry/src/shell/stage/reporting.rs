@@ -5,7 +5,7 @@ use msgs::convert::PointTimes;
 use msgs::std_msgs::Header;
 use node_shell::{NodeFailure, StepTimer};
 
-use super::{Stage, TIMES, TRACKING};
+use super::{Stage, TIMES, TRACKING, TURNS};
 use crate::odometry::{LidarPose, Outcome};
 
 impl Stage {
@@ -34,6 +34,23 @@ impl Stage {
             tracing::info!("{times}");
         }
         self.times = Some(times);
+    }
+
+    /// Whether a cloud sees another sector than the one before; says so where that goes on.
+    pub(super) fn report_sector(&mut self, cloud: &LidarCloud) -> bool {
+        let were_parts = self.sectors.are_parts_of_turns();
+        let is_another = self.sectors.is_another(&cloud.points_m);
+        match (were_parts, self.sectors.are_parts_of_turns()) {
+            (false, true) => {
+                let text = "degraded: clouds are parts of turns, each of another sector, and the odometry needs whole ones: set the driver to \
+                            publish a cloud for each turn";
+                self.counters.note_condition(TURNS, text, true);
+                tracing::warn!("{text}");
+            }
+            (true, false) => self.counters.note_condition(TURNS, "clouds are whole turns", false),
+            _ => {}
+        }
+        is_another
     }
 
     /// Reports the state, in the diagnostics and, where it changes, in the log.
@@ -65,7 +82,12 @@ impl Stage {
         self.in_trouble = true;
     }
 
-    pub(super) fn report(&mut self, cloud: &LidarCloud, pose: &LidarPose, timer: &StepTimer) {
+    pub(super) fn report(
+        &mut self,
+        cloud: &LidarCloud,
+        (pose, is_another_sector): (&LidarPose, bool),
+        timer: &StepTimer,
+    ) {
         let number = self.next_scan;
         self.next_scan = self.next_scan.wrapping_add(1);
         let count = |count: usize| count as u64;
@@ -82,6 +104,7 @@ impl Stage {
             ("held", u64::from(is_held)),
             ("doubtful", u64::from(quality.trouble().is_some())),
             ("without_times", u64::from(cloud.times_s.is_none())),
+            ("other_sector", u64::from(is_another_sector)),
             ("after_a_gap", u64::from(quality.unknown_s > 0.0)),
             ("closed_loops", count(self.loops().map_or(0, |known| known.closed))),
         ];

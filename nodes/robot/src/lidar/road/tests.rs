@@ -152,3 +152,35 @@ fn the_summary_says_what_is_known_of_the_times_of_points() {
     assert!(said.contains("3 of 3") && said.contains("velodyne_driver"), "{said}");
     assert!(none.point_times.unwrap().contains("the same for all points"));
 }
+
+/// Regression: sixths of turns became a path of kilometres, and the exit code was 0.
+#[test]
+fn clouds_of_sectors_and_many_predictions_are_findings() {
+    let found_of = |sectors: u8, moved_m: f32| -> Vec<String> {
+        let (mut drive, _folder) = drive(&LidarOdometryParameters::default());
+        for number in 0..16_u8 {
+            let stamp = Stamp::from_secs_nanos(100, 0).plus_seconds(0.1 * f64::from(number));
+            let near_m = 5.0 + moved_m * f32::from(number % 2);
+            let mut cloud = scan(stamp, 0.1, [near_m, near_m + 3.0]);
+            // Only the points of one sector are finite.
+            let (step, width) = (cloud.point_step as usize, COLUMNS / usize::from(sectors));
+            for (index, point) in cloud.data.chunks_exact_mut(step).enumerate() {
+                if index % COLUMNS / width != usize::from(number % sectors) {
+                    point[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+                }
+            }
+            drive.take(Sensed::Cloud(cloud)).unwrap();
+        }
+        findings(&LidarSummary::of(&drive.follower)).iter().map(ToString::to_string).collect()
+    };
+    let whole = found_of(1, 0.0);
+    assert!(whole.is_empty(), "{whole:?}");
+    let halves = found_of(2, 0.0);
+    assert!(halves[0].contains("15 of 16 clouds see another sector"), "{halves:?}");
+    // A room that is another one at each scan.
+    let predicted = found_of(1, 40.0);
+    assert!(
+        predicted.len() == 1 && predicted[0].contains("poses are predictions"),
+        "{predicted:?}"
+    );
+}
