@@ -24,6 +24,8 @@ pub(crate) struct Row {
     pub(crate) depth_m: [f32; LANES],
     /// Indices of pixels; one beyond the last where the point is outside of the image.
     pub(crate) pixel: [u32; LANES],
+    /// Where in its pixel the point is: columns and rows from the pixel's centre, -0.5 to 0.5.
+    pub(crate) in_pixel_px: [[f32; LANES]; 2],
 }
 
 /// A box in the camera frame: its centre, and half its edges along the camera's axes.
@@ -96,15 +98,21 @@ pub(crate) trait Project: Copy + Sync {
     fn coarser(&self, level: u32) -> Self;
 }
 
+/// 1.5 * 2^23: a number of single precision to which this is added has its integer part, rounded, in its low bits.
+const SHIFT: f32 = 12_582_912.0;
+
 /// Rounds to the nearest whole number, for numbers from 0 to 4 million. For others the result is arbitrary.
 ///
-/// A saturating cast from a float would take longer than the projection itself; adding this number leaves the integer part in
-/// the low bits.
+/// A saturating cast from a float would take longer than the projection itself.
 #[inline(always)]
 pub(crate) fn nearest(value: f32) -> u32 {
-    /// 1.5 * 2^23.
-    const SHIFT: f32 = 12_582_912.0;
     (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits())
+}
+
+/// The nearest whole number as a float, for magnitudes below 4 million.
+#[inline(always)]
+pub(crate) fn whole(value: f32) -> f32 {
+    (value + SHIFT) - SHIFT
 }
 
 /// Bounds along one side of the image, in whole pixels; `None` if they are all outside.

@@ -28,7 +28,7 @@ use crate::block::BlockKey;
 use crate::depth_view::{DepthView, with_projection};
 use crate::descent::{Behind, Descent, Judge, Margins, Verdict, block_edge_m};
 use crate::layer::Layer;
-use crate::levels::Levels;
+use crate::levels::{LEVELS, Levels};
 use crate::no_return::{SeenBefore, is_missed_long_enough, sees_as_well, shows_none};
 use crate::projection::{Extent, Project};
 use crate::ticks::Ticks;
@@ -171,8 +171,9 @@ impl Surface {
             SurfaceUpdate { is_incomplete: !self.find_work(&judge), ..SurfaceUpdate::default() };
         update.compared_blocks = self.work.len();
         let colour = self.config.has_colour && !view.colour.is_empty();
-        let (width_px, height_px) = view.size_px();
-        self.levels.refill(&view.depths_m, width_px, height_px, &view.noise);
+        // Colours are those of single pixels.
+        let least_level = if colour { 0 } else { self.least_level(&judge, view.pixel_slope()) };
+        self.levels.refill(&view.depths_m, view.size_px().into(), &view.noise, least_level);
         let job = Job::new((view, &self.levels), &judge, projection, edge_m, margins, colour);
         let mut work = std::mem::take(&mut self.work);
         let stretch = work.len().div_ceil(executor.threads().get()).max(1);
@@ -194,6 +195,15 @@ impl Surface {
         self.clear_blank((view, &tiled), &judge, now, &mut update);
         self.seen_before.take_in(&tiled);
         update
+    }
+
+    /// The finest level that a block of the work is compared with.
+    fn least_level<P: Project>(&self, judge: &Judge<'_, P>, pixel_slope: f32) -> u32 {
+        let levels = self
+            .work
+            .iter()
+            .map(|item| update::level_of_block(item.key, judge, (self.config.edge_m, pixel_slope)));
+        levels.min().unwrap_or(LEVELS as u32)
     }
 
     fn margins(&self) -> Margins {

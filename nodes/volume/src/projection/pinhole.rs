@@ -5,7 +5,7 @@ use multiversion::multiversion;
 
 use super::{
     CameraBox, CameraBoxes, Covered, Extent, LANES, Project, ROUNDING_PX, Row, depths_between,
-    nearest, pixels_between,
+    nearest, pixels_between, whole,
 };
 
 /// The smallest depth that is projected. No depth camera measures so near.
@@ -41,7 +41,8 @@ impl Project for Pinhole {
     fn row(&self, start_m: [f32; 3], step_m: [f32; 3]) -> Row {
         let (right_px, bottom_px) = (self.width_px as f32 - 0.5, self.height_px as f32 - 0.5);
         let none = self.width_px * self.height_px;
-        let mut row = Row { depth_m: [0.0; LANES], pixel: [0; LANES] };
+        let mut row =
+            Row { depth_m: [0.0; LANES], pixel: [0; LANES], in_pixel_px: [[0.0; LANES]; 2] };
         for lane in 0..LANES {
             let along = lane as f32;
             let x_m = start_m[0] + along * step_m[0];
@@ -58,6 +59,8 @@ impl Project for Pinhole {
             let pixel = nearest(line).wrapping_mul(self.width_px).wrapping_add(nearest(column));
             row.depth_m[lane] = z_m;
             row.pixel[lane] = if is_inside { pixel } else { none };
+            row.in_pixel_px[0][lane] = column - whole(column);
+            row.in_pixel_px[1][lane] = line - whole(line);
         }
         row
     }
@@ -195,10 +198,10 @@ fn bounds_of(camera: &Pinhole, of: &CameraBoxes, bounds: &mut Bounds) {
         bounds.is_outside[lane] =
             (right < 0.0) | (left >= width) | (bottom < 0.0) | (top >= height);
         bounds.is_cut[lane] = (left < 0.0) | (right >= width) | (top < 0.0) | (bottom >= height);
-        bounds.left[lane] = whole(left, last_column);
-        bounds.right[lane] = whole(right, last_column);
-        bounds.top[lane] = whole(top, last_row);
-        bounds.bottom[lane] = whole(bottom, last_row);
+        bounds.left[lane] = whole_up_to(left, last_column);
+        bounds.right[lane] = whole_up_to(right, last_column);
+        bounds.top[lane] = whole_up_to(top, last_row);
+        bounds.bottom[lane] = whole_up_to(bottom, last_row);
     }
 }
 
@@ -214,7 +217,7 @@ fn slopes([middle, half]: [f32; 2], [by_near, by_far]: [f32; 2]) -> [f32; 2] {
 
 /// `(value as u32).min(last)`, for a `last` below 4 million.
 #[inline(always)]
-fn whole(value: f32, last: f32) -> u32 {
+fn whole_up_to(value: f32, last: f32) -> u32 {
     let value = value.max(0.0).min(last);
     let rounded = nearest(value);
     rounded.wrapping_sub(u32::from(rounded as f32 > value))

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use nalgebra::Point3;
 
 use super::{
-    CameraBox, Covered, Extent, LANES, Project, Row, depths_between, nearest, pixels_between,
+    CameraBox, Covered, Extent, LANES, Project, Row, depths_between, nearest, pixels_between, whole,
 };
 
 /// Nearer points have no well-defined direction.
@@ -96,7 +96,8 @@ impl Project for Spherical {
     #[inline(always)]
     fn row(&self, start_m: [f32; 3], step_m: [f32; 3]) -> Row {
         let none = self.columns * self.rows;
-        let mut row = Row { depth_m: [0.0; LANES], pixel: [none; LANES] };
+        let mut row =
+            Row { depth_m: [0.0; LANES], pixel: [none; LANES], in_pixel_px: [[0.0; LANES]; 2] };
         for lane in 0..LANES {
             let along = lane as f32;
             let [x_m, y_m, z_m] = [0, 1, 2].map(|axis: usize| start_m[axis] + along * step_m[axis]);
@@ -109,10 +110,12 @@ impl Project for Spherical {
                 & (line >= -0.5)
                 & (line < self.rows as f32 - 0.5);
             // The seam is at both ends.
-            let column = nearest(column).min(self.columns - 1);
-            let pixel = nearest(line).wrapping_mul(self.columns).wrapping_add(column);
+            let pixel_column = nearest(column).min(self.columns - 1);
+            let pixel = nearest(line).wrapping_mul(self.columns).wrapping_add(pixel_column);
             row.depth_m[lane] = range_m;
             row.pixel[lane] = if is_inside { pixel } else { none };
+            row.in_pixel_px[0][lane] = column - whole(column);
+            row.in_pixel_px[1][lane] = line - whole(line);
         }
         row
     }

@@ -2,7 +2,8 @@
 //!
 //! - A node is compared with the pixel that it projects to, in the coarsest image whose pixels are no larger than a voxel. Its
 //!   signed distance is the depth there less its own: before the surface positive. (Along the optical axis; it is 0 where the
-//!   distance to the surface is, from however low an angle the surface is seen.)
+//!   distance to the surface is, from however low an angle the surface is seen.) The depth is that of the plane through the
+//!   pixel at the node's place within it: a camera that stands would have steps of a pixel in the map for ever.
 //! - Within the truncation it joins the weighted mean (Curless and Levoy, eq. 3 and 4). The weight falls with the variance of
 //!   the depth, to which an error of the pose adds, and at a low angle what the depth changes within a pixel.
 //! - Nearer than the truncation, it joins as the full truncation: what is before a surface is free, and what was there goes in
@@ -25,9 +26,9 @@ use super::block::{FULL, SurfaceBlock};
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockKey};
 use crate::depth_view::DepthView;
 use crate::descent::{Behind, Judge, Margins, block_edge_m};
-use crate::levels::{LEVELS, Levels, WEIGHT_BITS, level_of};
+use crate::levels::{LEVELS, LevelPixel, Levels, WEIGHT_BITS, level_of};
 use crate::noise::{DepthNoise, FULL_WEIGHT};
-use crate::projection::{LANES, Pinhole, Project, Row, Spherical};
+use crate::projection::{LANES, Pinhole, Project, Row, Spherical, nearest};
 
 /// Weights end here, at 32 of the best depths.
 const MOST_WEIGHT: f32 = 32.0 * FULL_WEIGHT;
@@ -136,24 +137,28 @@ fn run_blocks<P: Project>(job: &Job<'_, P>, work: &mut [Work]) {
     }
 }
 
+/// The level that a block is compared with.
+#[inline(always)]
+pub(super) fn level_of_block<P: Project>(
+    key: BlockKey,
+    judge: &Judge<'_, P>,
+    (edge_m, pixel_slope): (f64, f32),
+) -> u32 {
+    let middle_m = super::middle_m(key, block_edge_m(edge_m));
+    let [x, y, z] = judge.frame.in_camera_m(&middle_m);
+    level_of(edge_m as f32, pixel_slope, (x * x + y * y + z * z).sqrt())
+}
+
 /// The weight that stands in the lowest bits of a depth.
 #[inline(always)]
 pub(super) fn weight_in(depth_m: f32) -> f32 {
     (depth_m.to_bits() & WEIGHT_BITS) as i32 as f32
 }
 
-/// Rounds to the nearest whole number; of a magnitude below 4 million.
+/// The nearest integer, of a magnitude below 4 million: the cast of a float saturates, and costs more than the rest.
 #[inline(always)]
-fn whole(value: f32) -> f32 {
-    const SHIFT: f32 = 12_582_912.0;
-    (value + SHIFT) - SHIFT
-}
-
-/// Whole numbers of a magnitude below 4 million to integers: the cast of a float saturates, and costs more than the rest.
-#[inline(always)]
-fn integer(whole: f32) -> i32 {
-    const SHIFT: f32 = 12_582_912.0;
-    (whole + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i32
+fn integer(value: f32) -> i32 {
+    nearest(value) as i32
 }
 
 #[inline(always)]
@@ -161,10 +166,8 @@ fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock
     let block_edge_m = block_edge_m(job.edge_m);
     let origin_in_map = key.coordinates().map(|along| f64::from(along) * block_edge_m);
     let origin_m = job.judge.frame.in_camera_m(&Point3::from(origin_in_map));
-    let middle = Point3::from(origin_in_map.map(|along_m| along_m + 0.5 * block_edge_m));
-    let [x, y, z] = job.judge.frame.in_camera_m(&middle);
-    let level = level_of(job.edge_m as f32, job.pixel_slope, (x * x + y * y + z * z).sqrt());
-    let (projection, depths_m) = (&job.projections[level as usize], job.levels.depths_m(level));
+    let level = level_of_block(key, job.judge, (job.edge_m, job.pixel_slope));
+    let (projection, pixels) = (&job.projections[level as usize], job.levels.pixels(level));
     let [step_x, step_y, step_z] = job.steps_m;
     let rows = block.distance.as_chunks_mut::<LANES>().0.iter_mut();
     let rows = rows.zip(block.weight.as_chunks_mut::<LANES>().0);
@@ -175,8 +178,8 @@ fn compare<P: Project>(job: &Job<'_, P>, key: BlockKey, block: &mut SurfaceBlock
         let start_m = [0, 1, 2]
             .map(|axis: usize| origin_m[axis] + along_y * step_y[axis] + along_z * step_z[axis]);
         let row = projection.row(start_m, step_x);
-        let seen_m = row.pixel.map(|pixel| depths_m.get(pixel as usize).copied().unwrap_or(0.0));
-        let joined = join(job, &row, &seen_m, distance, weight);
+        let seen = row.pixel.map(|pixel| pixels.get(pixel as usize).copied().unwrap_or_default());
+        let joined = join(job, &row, &seen, distance, weight);
         is_changed |= joined.is_any;
         is_hit |= joined.is_near;
         if job.has_colour && joined.is_close {
@@ -202,7 +205,7 @@ struct Joined {
 fn join<P>(
     job: &Job<'_, P>,
     row: &Row,
-    seen_m: &[f32; LANES],
+    seen: &[LevelPixel; LANES],
     distance: &mut [i16; LANES],
     weight: &mut [u16; LANES],
 ) -> Joined {
@@ -215,7 +218,8 @@ fn join<P>(
     let mut most_known = [0.0_f32; LANES];
     let (mut is_any, mut is_near, mut is_close) = (false, false, false);
     for lane in 0..LANES {
-        let depth_m = seen_m[lane];
+        let depth_m = seen[lane].depth_m;
+        // Which nodes a pixel joins is said by its own depth, as it is of whole blocks.
         let before_m = depth_m.abs() - row.depth_m[lane];
         let ends_m = job.behind.ends_m(depth_m, &job.noise);
         let is_near_here = (depth_m > 0.0) & (before_m > -ends_m) & (before_m < truncation_m);
@@ -224,6 +228,9 @@ fn join<P>(
         is_any |= joins[lane];
         is_near |= is_near_here & joins[lane];
         is_close |= is_near_here & joins[lane] & (before_m.abs() < job.colour_reach_m);
+        let [by_column_m, by_row_m] = seen[lane].slopes_m();
+        let before_m = before_m
+            + (by_column_m * row.in_pixel_px[0][lane] + by_row_m * row.in_pixel_px[1][lane]);
         shares[lane] = (before_m * by_truncation).clamp(-1.0, 1.0);
         let counts = ((before_m + ends_m) * by_fall).clamp(0.0, 1.0);
         weights[lane] = (counts * weight_in(depth_m)).max(1.0);
@@ -240,7 +247,7 @@ fn join<P>(
         // Where nothing joins there may be no weight at all, and the mean is not used.
         let sum = known + weight_here;
         let mean = (f32::from(distance[lane]) * known + FULL * shares[lane] * weight_here) / sum;
-        let mean = integer(whole(mean)) as i16;
+        let mean = integer(mean) as i16;
         let sum = integer(sum.min(MOST_WEIGHT)) as u16;
         distance[lane] = if joins[lane] { mean } else { distance[lane] };
         weight[lane] = if joins[lane] { sum } else { weight[lane] };
@@ -260,8 +267,8 @@ fn join_colour<P: Project>(
 ) {
     let [finest, ..] = &job.projections;
     let pixels = finest.row(start_m, job.steps_m[0]).pixel;
-    let depths_m = job.levels.depths_m(0);
-    let seen_m = pixels.map(|pixel| depths_m.get(pixel as usize).copied().unwrap_or(0.0));
+    let finest = job.levels.pixels(0);
+    let seen_m = pixels.map(|pixel| finest.get(pixel as usize).map_or(0.0, |seen| seen.depth_m));
     let mut joins = [false; LANES];
     let mut shares = [0_i32; LANES];
     for lane in 0..LANES {
@@ -270,7 +277,7 @@ fn join_colour<P: Project>(
         // A node of which nothing is known has no colour: its bytes have none.
         joins[lane] = is_close & (weight[lane] > 0);
         let share = weight_in(seen_m[lane]) / f32::from(weight[lane]).max(1.0);
-        shares[lane] = integer(whole(SHARES * share.clamp(LEAST_COLOUR_SHARE, 1.0)));
+        shares[lane] = integer(SHARES * share.clamp(LEAST_COLOUR_SHARE, 1.0));
     }
     for lane in 0..LANES {
         let Some(&seen) = job.view.colour.get(pixels[lane] as usize).filter(|_| joins[lane]) else {

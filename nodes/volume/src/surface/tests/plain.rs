@@ -82,27 +82,25 @@ impl<P: Project> PlainImage<'_, P> {
                     + along[0] * steps[0][axis]
             });
             let row = projection.row(place, [0.0; 3]);
-            let depth_m = self.levels.depths_m(level)[row.pixel[0] as usize];
+            let pixel = self.levels.pixels(level)[row.pixel[0] as usize];
+            let depth_m = pixel.depth_m;
             let before_m = depth_m.abs() - row.depth_m[0];
             let truncation_m = self.truncation_m();
             let sigma_m = self.view.noise.sigma_m(depth_m);
             let full_m = (2.5 * sigma_m).max(self.config.edge_m as f32);
             let falls_in_m = 2.0 * self.config.edge_m as f32;
             let ends_m = full_m + falls_in_m;
-            let share = if depth_m == 0.0
-                || before_m <= -ends_m
-                || row.depth_m[0] > self.config.reach_m as f32
-            {
+            let is_free = before_m >= truncation_m;
+            let is_beyond = before_m <= -ends_m || row.depth_m[0] > self.config.reach_m as f32;
+            if depth_m == 0.0 || is_beyond || (depth_m < 0.0 && !is_free) {
                 continue;
-            } else if before_m >= truncation_m {
-                1.0
-            } else if depth_m < 0.0 {
-                continue;
-            } else {
-                (before_m * (1.0 / truncation_m)).max(-1.0)
-            };
+            }
+            is_hit |= !is_free;
+            let [by_column_m, by_row_m] = pixel.slopes_m();
+            let [in_column_px, in_row_px] = row.in_pixel_px.map(|in_pixel_px| in_pixel_px[0]);
+            let before_m = before_m + (by_column_m * in_column_px + by_row_m * in_row_px);
+            let share = (before_m * (1.0 / truncation_m)).clamp(-1.0, 1.0);
             let counts = ((before_m + ends_m) * (1.0 / falls_in_m)).clamp(0.0, 1.0);
-            is_hit |= share < 1.0;
             let most_known = if before_m >= full_m { 8.0 } else { f32::INFINITY };
             let weight = (counts * weight_in(depth_m)).max(1.0);
             join(&mut block, index, share, weight, most_known * weight);
@@ -168,8 +166,7 @@ proptest! {
             let margins = fast.margins();
             let judge = Judge::new(&view, projection, margins, config.edge_m as f32);
             let mut levels = Levels::default();
-            let (width_px, height_px) = view.size_px();
-            levels.refill(&view.depths_m, width_px, height_px, &view.noise);
+            levels.refill(&view.depths_m, view.size_px().into(), &view.noise, 0);
             PlainImage { view: &view, levels, judge, projection, config }.join(&mut plain, 14);
         }
         let fast = contents(&fast);

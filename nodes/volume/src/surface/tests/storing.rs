@@ -19,6 +19,14 @@ fn seen() -> Surface {
     surface
 }
 
+/// The number of points with none of the others within a distance.
+fn apart(points: &[SurfacePoint], others: &[SurfacePoint], distance_m: f32) -> usize {
+    let is_near = |a: &SurfacePoint, b: &SurfacePoint| {
+        (a.position_m - b.position_m).norm_squared() <= distance_m * distance_m
+    };
+    points.iter().filter(|point| !others.iter().any(|other| is_near(point, other))).count()
+}
+
 fn with_normals(points: &[SurfacePoint]) -> Vec<(Point3<f32>, nalgebra::Vector3<f32>)> {
     points.iter().map(|point| (point.position_m, point.normal)).collect()
 }
@@ -96,15 +104,13 @@ fn a_map_that_is_saved_and_loaded_again_and_again_does_not_grow() {
         now = points(&put);
     }
     assert!(now.iter().all(|point| geometry::is_finite(&point.position_m)));
-    let voxels = |points: &[SurfacePoint]| -> std::collections::HashSet<VoxelKey> {
-        points.iter().map(|point| point.voxel).collect()
-    };
-    let (was, is) = (voxels(&first), voxels(&now));
-    let (new, lost) = (is.difference(&was).count(), was.difference(&is).count());
+    // Not by voxels: a wall that lies on the faces of voxels has its points now on this side, now on that.
+    let edge_m = 0.05;
+    let (new, lost) = (apart(&now, &first, edge_m), apart(&first, &now, edge_m));
     println!("{} points, after 20 reloads {new} new and {lost} lost", first.len());
     // Where two walls meet the planes of their points reach into each other's voxels.
     assert!(
-        new.max(lost) <= first.len() / 16,
+        new.max(lost) <= first.len() / 100,
         "of {} points {new} are new, {lost} lost",
         first.len()
     );
@@ -172,8 +178,21 @@ fn a_correction_moves_the_surface_and_keeps_what_stays() {
     let motion = testing::pose([0.23, -0.11, 0.07], [0.02, -0.05, 0.1]);
     let moved = before.corrected(|_| motion);
     let (old, new) = (points(&before), points(&moved));
-    let ratio = new.len() as f64 / old.len() as f64;
-    assert!((0.9..1.1).contains(&ratio), "{} points, then {}", old.len(), new.len());
+    let moved_old: Vec<SurfacePoint> = old
+        .iter()
+        .map(|point| {
+            let position_m = (motion * point.position_m.cast::<f64>()).cast();
+            SurfacePoint { position_m, ..*point }
+        })
+        .collect();
+    // At the borders of what was seen not all nodes of a cell come along.
+    let (gone, come) = (apart(&moved_old, &new, 0.06), apart(&new, &moved_old, 0.06));
+    println!("of {} points {gone} are gone; of {} {come} have come", old.len(), new.len());
+    assert!(
+        gone.max(come) <= old.len() / 50,
+        "of {} points {gone} are gone, {come} new",
+        old.len()
+    );
     let scene = Scene::room();
     let off_m = |point: &SurfacePoint| {
         scene.nearest(&(motion.inverse() * point.position_m.cast::<f64>())).0
