@@ -3,8 +3,9 @@
 //! Who is in view from the first image on is in no observed free space, and is found when he has gone some steps: until then he is part
 //! of the static scene. Where the camera still sees his places, what is seen behind them clears them. A camera that comes nearer
 //! loses them from its image before that. So a new object is followed backwards: what was at its place a cycle ago and is not known to
-//! be background is the object, and so on to the first cycle. What it left in places that are out of view, or through which the camera
-//! sees, is retracted as soon as that is so: the map forgets it.
+//! be background is the object, and so on to the first cycle. What is still there in a later cycle, when the object is elsewhere, is none
+//! of it: walls and furniture that it passed. What it left in places that are out of view, or through which the camera sees, is retracted
+//! as soon as that is so: the map forgets it.
 
 #[cfg(test)]
 mod tests;
@@ -35,10 +36,19 @@ pub struct StaticPoint {
     pub in_map_m: Point3<f32>,
 }
 
+/// The static points of a cycle.
+#[derive(Clone, Debug, Default)]
+pub struct StaticPoints {
+    /// Those of places that are not known to be background.
+    pub of_unknown: Vec<StaticPoint>,
+    /// The voxels of all that are not of the floor, on which objects stand.
+    pub above_floor: Vec<VoxelKey>,
+}
+
 /// The static points of the last cycles.
 #[derive(Clone, Debug, Default)]
 pub struct EarlierCycles {
-    cycles: VecDeque<Vec<StaticPoint>>,
+    cycles: VecDeque<StaticPoints>,
     /// What objects were taken from them, as long as something returns from there.
     of_found: Vec<PointOfFound>,
 }
@@ -57,22 +67,22 @@ impl EarlierCycles {
         *self = Self::default();
     }
 
-    /// Remembers a cycle by its static points of places that were not known.
-    pub fn remember(&mut self, of_static: impl Iterator<Item = StaticPoint>) {
+    /// Remembers a cycle.
+    pub fn remember(&mut self, of_static: StaticPoints) {
         if self.cycles.len() == CYCLES {
             self.cycles.pop_front();
         }
-        self.cycles.push_back(of_static.collect());
+        self.cycles.push_back(of_static);
     }
 
-    /// What objects left in cycles before they were found, and is not there any more by the image of this cycle. Each object is given by
-    /// its voxels in this cycle; one beside the voxels that objects had in the last cycle is known already. What is returned is
-    /// forgotten here.
+    /// What objects left in cycles before they were found, and is not there any more by the image of this cycle, whose static points are
+    /// `now`. Each object is given by its voxels in this cycle; one beside the voxels that objects had in the last cycle is known already.
+    /// What is returned is forgotten here.
     pub fn of_objects(
         &mut self,
         objects: impl Iterator<Item: Iterator<Item = VoxelKey>>,
         last_object_voxels: &Voxels,
-        view: &TiledView,
+        (view, now): (&TiledView, &StaticPoints),
         voxel_edge_m: f64,
     ) -> Vec<Point3<f64>> {
         let is_known = |voxels: &[VoxelKey]| {
@@ -84,20 +94,24 @@ impl EarlierCycles {
             .filter(|voxels| !is_known(voxels))
             .map(|voxels| Object::of(&voxels, voxel_edge_m))
             .collect();
+        // Of this cycle all that it is not is known.
+        new.iter_mut().for_each(|object| object.stays.extend(&now.above_floor));
         for cycle in self.cycles.iter_mut().rev() {
             if new.iter().all(Object::has_ended) {
                 break;
             }
             // Made once for all objects: noise in voxels far below the thesis' edge looks like hundreds.
-            let voxels: Vec<VoxelKey> = cycle.iter().map(|point| point.voxel).collect();
-            let classes = vec![PointClass::Unknown; cycle.len()];
+            let of_unknown = &cycle.of_unknown;
+            let voxels: Vec<VoxelKey> = of_unknown.iter().map(|point| point.voxel).collect();
+            let classes = vec![PointClass::Unknown; of_unknown.len()];
             let candidates = Candidates::new(&classes, &voxels);
-            let mut is_taken = vec![false; cycle.len()];
+            let mut is_taken = vec![false; of_unknown.len()];
             for object in new.iter_mut().filter(|object| !object.has_ended()) {
-                object.step_back(cycle, &candidates, &mut is_taken, voxel_edge_m);
+                object.step_back(of_unknown, &candidates, &mut is_taken, voxel_edge_m);
+                object.note_what_stays(cycle);
             }
             let mut index = 0..;
-            cycle.retain(|_| index.next().is_some_and(|index: usize| !is_taken[index]));
+            cycle.of_unknown.retain(|_| index.next().is_some_and(|index: usize| !is_taken[index]));
         }
         self.of_found.extend(new.into_iter().flat_map(|object| object.found));
         let is_gone = |point: &mut PointOfFound| {
@@ -118,6 +132,8 @@ struct Object {
     middle_m: Point2<f64>,
     /// From its middle to what belongs to it, at most: as when it was found.
     reach_m: f64,
+    /// Voxels in which something was in a later cycle, when it was elsewhere.
+    stays: Voxels,
     /// Its points in the cycles so far.
     found: Vec<PointOfFound>,
 }
@@ -134,6 +150,7 @@ impl Object {
             around: widened(voxels.iter()),
             middle_m,
             reach_m: farthest_m + voxel_edge_m,
+            stays: Voxels::default(),
             found: Vec::new(),
         }
     }
@@ -141,6 +158,12 @@ impl Object {
     /// Whether there is nothing of it before.
     fn has_ended(&self) -> bool {
         self.around.is_empty()
+    }
+
+    /// Notes what a cycle shows where it is not, nor may have been a cycle before.
+    fn note_what_stays(&mut self, cycle: &StaticPoints) {
+        let elsewhere = cycle.above_floor.iter().filter(|voxel| !self.around.contains(voxel));
+        self.stays.extend(elsewhere);
     }
 
     /// Goes back by a cycle. Takes its points there: those at its place, and what is connected to them and no farther from their middle
@@ -154,8 +177,12 @@ impl Object {
     ) {
         let place_m = |index: usize| cycle[index].in_map_m.xy().cast::<f64>();
         let step_m = f64::from(STEPS_A_CYCLE) * voxel_edge_m;
+        let stays = |index: usize| self.stays.contains(&cycle[index].voxel);
+        let may_be_taken: Vec<bool> =
+            (0..cycle.len()).map(|index| !is_taken[index] && !stays(index)).collect();
         let is_at_place = |index: &usize| {
-            !is_taken[*index] && (place_m(*index) - self.middle_m).norm() <= self.reach_m + step_m
+            may_be_taken[*index]
+                && (place_m(*index) - self.middle_m).norm() <= self.reach_m + step_m
         };
         let around = self.around.iter().flat_map(|voxel| candidates.within(*voxel, 0));
         let around = around.map(|(_, index)| index);
@@ -163,7 +190,7 @@ impl Object {
         seeds.sort_unstable();
         self.middle_m = middle_of(seeds.iter().map(|&seed| place_m(seed)));
         let is_of_it = |index: usize| {
-            !is_taken[index] && (place_m(index) - self.middle_m).norm() <= self.reach_m
+            may_be_taken[index] && (place_m(index) - self.middle_m).norm() <= self.reach_m
         };
         seeds.retain(|&seed| is_of_it(seed));
         let groups = candidates.grown_from(&seeds, is_of_it);

@@ -16,7 +16,7 @@ use volume::{DepthInput, DepthNoise, DepthRange, DepthView, Occupancy};
 use self::classes::Known;
 use crate::continuous::in_map;
 use crate::cycle_points::CyclePoints;
-use crate::earlier_cycles::{EarlierCycles, StaticPoint, Voxels};
+use crate::earlier_cycles::{EarlierCycles, StaticPoint, StaticPoints, Voxels};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
@@ -205,27 +205,41 @@ impl FreeSpaceSegmenter {
     ) -> Vec<Point3<f32>> {
         let of_groups =
             groups.iter().map(|group| group.points.iter().map(|&point| points.voxels[point]));
+        let of_static = self.static_points(points, classes, is_dynamic);
         let retracted = match self.recent_views.latest() {
             Some(view) => {
-                let edge_m = self.grid.edge_m();
-                self.earlier_cycles.of_objects(of_groups, objects_before, view, edge_m)
+                let (seen, edge_m) = ((view, &of_static), self.grid.edge_m());
+                self.earlier_cycles.of_objects(of_groups, objects_before, seen, edge_m)
             }
             None => Vec::new(),
         };
         for point in &retracted {
             self.occupancy.forget(self.grid.key(point));
         }
-        let of_static = (0..classes.len())
-            .filter(|&point| !is_dynamic[point] && classes[point] == PointClass::Unknown)
-            .map(|point| StaticPoint {
-                voxel: points.voxels[point],
-                in_map_m: points.in_map[point].cast(),
-            });
         self.earlier_cycles.remember(of_static);
         let map_from_continuous = points.cycle.map_from_continuous.unwrap_or_default();
         let in_place = moving_in_place.iter().map(|&point| &points.in_map[point]);
         let all = retracted.iter().chain(in_place);
         all.map(|point| (map_from_continuous * point).cast()).collect()
+    }
+
+    fn static_points(
+        &self,
+        points: &CyclePoints<'_>,
+        classes: &[PointClass],
+        is_dynamic: &[bool],
+    ) -> StaticPoints {
+        let (mut of_static, edge_m) = (StaticPoints::default(), self.grid.edge_m());
+        for point in (0..classes.len()).filter(|&point| !is_dynamic[point]) {
+            let (voxel, in_map) = (points.voxels[point], &points.in_map[point]);
+            if classes[point] == PointClass::Unknown {
+                of_static.of_unknown.push(StaticPoint { voxel, in_map_m: in_map.cast() });
+            }
+            if self.floor.is_none_or(|floor| floor.height_above_m(in_map) > edge_m) {
+                of_static.above_floor.push(voxel);
+            }
+        }
+        of_static
     }
 
     fn begin(&mut self, stamp: Stamp, cycle: &DetectedCycle) {
