@@ -97,7 +97,7 @@ pub use process::versions::{VERSIONS_KEPT, keep_version};
 pub use process::whole_file::{check_folder_of, folder_of, output_file, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};
-pub use services::odometry_output::{OdometryFrames, OdometryOutput, PublishedPose};
+pub use services::odometry_output::{MapFromOdom, OdometryFrames, OdometryOutput, PublishedPose};
 pub use services::parameter_services::{
     LiveParameters, descriptors, message_from_parameter, parameter_from_message,
 };

@@ -5,7 +5,7 @@ use geometry::{Stamp, pose_from_vector};
 use msgs::convert;
 use msgs::std_msgs::Header;
 use nalgebra::{Isometry3, Matrix6};
-use node_shell::{Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPose};
+use node_shell::{MapFromOdom, Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPose};
 
 use super::parameters::LidarOdometryParameters;
 use crate::odometry::LidarPose;
@@ -67,7 +67,7 @@ impl Output {
             odom_from_base: &odom_from_base,
             covariance: &covariance,
             covariance_in_base: &propagated(&rotation_of_both(&base_from_odom), &covariance),
-            map_from_odom: None,
+            map_from_odom: MapFromOdom::NoMap,
         });
         odom_from_base
     }

@@ -45,9 +45,20 @@ pub struct PublishedPose<'a> {
     pub covariance: &'a Matrix6<f64>,
     /// The independent error of one pose, along the axes of the rig: the error of the velocity between two of them.
     pub covariance_in_base: &'a Matrix6<f64>,
-    /// Where the odom frame is in the map, where that is known: `pose` and `path` are in the map's frame then, and `/tf` has
-    /// it.
-    pub map_from_odom: Option<&'a Isometry3<f64>>,
+    /// Where the odom frame is in the map.
+    pub map_from_odom: MapFromOdom<'a>,
+}
+
+/// Where the odom frame is in the map.
+#[derive(Clone, Copy, Debug)]
+pub enum MapFromOdom<'a> {
+    /// There is no map: `pose` and `path` are in the odom frame.
+    NoMap,
+    /// Not known yet: `odom` and its transform alone are published. A `pose` in the odom frame would have a map that is loaded begun
+    /// anew.
+    NotFound,
+    /// `pose` and `path` are in the map's frame, and `/tf` has this.
+    Found(&'a Isometry3<f64>),
 }
 
 /// The publishers of an odometry.
@@ -111,30 +122,34 @@ impl OdometryOutput {
     pub fn publish(&mut self, pose: &PublishedPose<'_>) {
         let PublishedPose { stamp, odom_from_base, map_from_odom, .. } = *pose;
         let OdometryFrames { odom_frame_id, base_frame_id, map_frame_id } = &self.frames;
-        let (frame_id, in_frame) = match map_from_odom {
-            Some(map_from_odom) => (map_frame_id, map_from_odom * odom_from_base),
-            None => (odom_frame_id, *odom_from_base),
-        };
-        let message = convert::message_from_pose(&StampedPose {
-            stamp,
-            frame_id: frame_id.clone(),
-            map_from_rig: in_frame,
-        });
+        if let Some(transforms) = &self.transforms {
+            transforms.send(stamp, odom_frame_id, base_frame_id, odom_from_base);
+            if let MapFromOdom::Found(map_from_odom) = map_from_odom {
+                transforms.send(stamp, map_frame_id, odom_frame_id, map_from_odom);
+            }
+        }
+        self.odometry.publish_or_warn(self.odometry(pose));
+        self.last = Some((stamp, *odom_from_base));
+        match map_from_odom {
+            MapFromOdom::NoMap => self.publish_pose(stamp, odom_frame_id.clone(), odom_from_base),
+            MapFromOdom::NotFound => {}
+            MapFromOdom::Found(map_from_odom) => {
+                let map_from_base = map_from_odom * odom_from_base;
+                self.publish_pose(stamp, map_frame_id.clone(), &map_from_base);
+            }
+        }
+    }
+
+    fn publish_pose(&mut self, stamp: Stamp, frame_id: String, frame_from_base: &Isometry3<f64>) {
+        let map_from_rig = *frame_from_base;
+        let message = convert::message_from_pose(&StampedPose { stamp, frame_id, map_from_rig });
         self.path.push_back(message.clone());
         while self.path.len() > self.path_poses {
             self.path.pop_front();
         }
-        if let Some(transforms) = &self.transforms {
-            transforms.send(stamp, odom_frame_id, base_frame_id, odom_from_base);
-            if let Some(map_from_odom) = map_from_odom {
-                transforms.send(stamp, map_frame_id, odom_frame_id, map_from_odom);
-            }
-        }
         let path_header = message.header.clone();
-        self.odometry.publish_or_warn(self.odometry(pose));
         self.poses.publish_or_warn(message);
         self.publish_path(stamp, path_header);
-        self.last = Some((stamp, *odom_from_base));
     }
 
     fn publish_path(&mut self, stamp: Stamp, header: Header) {
@@ -206,7 +221,7 @@ mod tests {
                 odom_from_base: &Isometry3::translation(second as f64, 0.0, 0.0),
                 covariance: &Matrix6::identity(),
                 covariance_in_base: &Matrix6::identity(),
-                map_from_odom: None,
+                map_from_odom: MapFromOdom::NoMap,
             });
         }
         assert_eq!(output.path_fill(), (3, 3));

@@ -1,8 +1,9 @@
 //! The messages published for a pose.
 
 use nalgebra::Isometry3;
-use node_shell::{Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPose};
+use node_shell::{MapFromOdom, Node, NodeFailure, OdometryFrames, OdometryOutput, PublishedPose};
 
+use super::follower::InMap;
 use super::frames::Frames;
 use super::parameters::PoseParameters;
 use super::smoothing::Smoothing;
@@ -47,17 +48,23 @@ impl Output {
         self.frames.begin(world_from_map);
     }
 
-    /// Publishes a pose of the camera in the tracker's frame; with a map in that of the map, too.
-    pub(super) fn publish(&mut self, pose: &CameraPose, map_from_odom: Option<&Isometry3<f64>>) {
+    /// Publishes a pose of the camera in the tracker's frame; where there is a map in that of the map, too, once the camera was found there.
+    pub(super) fn publish(&mut self, pose: &CameraPose, in_map: Option<&InMap>) {
         let odom_from_base = self.smoothing.smoothed(self.frames.odom_from_rig(pose));
-        let map_from_odom = map_from_odom.map(|tie| self.frames.tied(tie));
-        self.frames.map_from_odom = map_from_odom.unwrap_or(self.frames.map_from_odom);
+        let tie = in_map.and_then(|in_map| in_map.map_from_odom);
+        let tied = tie.map(|tie| self.frames.tied(&tie));
+        self.frames.map_from_odom = tied.unwrap_or(self.frames.map_from_odom);
+        let map_from_odom = match (in_map, &tied) {
+            (None, _) => MapFromOdom::NoMap,
+            (Some(_), None) => MapFromOdom::NotFound,
+            (Some(_), Some(tied)) => MapFromOdom::Found(tied),
+        };
         self.published.publish(&PublishedPose {
             stamp: pose.stamp,
             odom_from_base: &odom_from_base,
             covariance: &self.frames.pose_covariance(pose),
             covariance_in_base: &self.frames.in_rig(&pose.frame_covariance),
-            map_from_odom: map_from_odom.as_ref(),
+            map_from_odom,
         });
     }
 }

@@ -245,9 +245,7 @@ impl Stage {
             self.publish_trajectory(stamp, in_map);
         }
         match &tracked.pose {
-            Some(pose) => {
-                self.output.publish(pose, in_map.and_then(|in_map| in_map.map_from_odom).as_ref());
-            }
+            Some(pose) => self.output.publish(pose, in_map.as_ref()),
             None => self.output.interrupt(),
         }
         if self.pictures.subscriber_count() > 0 {

@@ -55,14 +55,14 @@ fn found(scene: &mut Scene, images: std::ops::Range<u32>) -> Option<Found> {
     let mut found: Option<Found> = None;
     for index in images {
         let outcome = scene.see(index);
-        let odom = convert::isometry_from_pose(&outcome.odometry[0].pose.pose).unwrap();
+        let Some(odom) = outcome.odometry.first() else { continue };
+        let odom = convert::isometry_from_pose(&odom.pose.pose).unwrap();
         while let Some(pose) = poses.try_next() {
-            if pose.message.header.frame_id == "map" {
-                let in_map = convert::isometry_from_pose(&pose.message.pose).unwrap();
-                let off_m = (in_map.translation.y + right_m(index)).abs();
-                let after = found.as_ref().map_or(index - first, |found| found.after);
-                found = Some(Found { after, off_m, odom });
-            }
+            assert_eq!(pose.message.header.frame_id, "map");
+            let in_map = convert::isometry_from_pose(&pose.message.pose).unwrap();
+            let off_m = (in_map.translation.y + right_m(index)).abs();
+            let after = found.as_ref().map_or(index - first, |found| found.after);
+            found = Some(Found { after, off_m, odom });
         }
     }
     found
@@ -96,6 +96,30 @@ fn a_camera_is_found_in_a_map_of_another_day_within_a_third_of_a_second() {
     let Found { after, off_m, .. } = found(&mut scene, 40..40 + SOON).unwrap();
     assert!(after < SOON && off_m < 0.01, "{after} {off_m}");
     assert_eq!(map(&scene), before);
+}
+
+/// Regression: before it was found its poses were in `odom`, and `reconstruction` threw the map away that it had loaded.
+#[test]
+fn a_camera_that_is_not_found_in_a_loaded_map_has_odometry_and_no_pose() {
+    let (_folder, path) = saved_map();
+    let parameters = PoseParameters {
+        map_file: path,
+        load_map_on_start: true,
+        initial_pose: SET_OFF,
+        ..with_map()
+    };
+    let mut scene = Scene::with(parameters);
+    let known =
+        std::mem::replace(&mut scene.picture, dead_leaves(PICTURE_PX, 6_000, &mut Random::new(4)));
+    let poses = scene.peer.subscription::<PoseStamped>("pose", &Qos::reliable(100)).unwrap();
+    for index in 0..5 {
+        assert_eq!(scene.see(index).odometry.len(), 1);
+    }
+    assert!(poses.try_next().is_none());
+    // Odometry begins anew before the wall that it knows.
+    scene.picture = known;
+    let Found { off_m, .. } = found(&mut scene, 20..20 + SOON).unwrap();
+    assert!(off_m < 0.01, "{off_m}");
 }
 
 #[test]
