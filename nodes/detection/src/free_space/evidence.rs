@@ -3,7 +3,7 @@
 
 mod grid;
 
-use nalgebra::{Point2, Point3};
+use nalgebra::Point2;
 use volume::{Cell, SAMPLES_PER_CELL, WIDEST_GAP_M};
 
 use super::clearance::clear_distances_m;
@@ -17,8 +17,8 @@ const MAX_BACKGROUND_RATE: f64 = 0.2;
 const BACKGROUND_RATE: f64 = 0.5;
 /// The prior: half an observation of each kind (Krichevsky and Trofimov).
 const PRIOR: f64 = 0.5;
-/// Surfaces between two returns are marked over at most so many cells: it bounds the computing time.
-const MOST_CELLS_BETWEEN: f64 = 64.0;
+/// The error of a return is looked for over at most so many cells: it bounds the computing time.
+const MOST_CELLS_AROUND: f64 = 64.0;
 
 /// The class of a return by the evidence.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -162,7 +162,7 @@ impl EvidenceGrid {
         now_ms: u32,
     ) -> impl Iterator<Item = Cell> {
         let center = self.grid.key_of(place_m);
-        let around = (radius_m / self.grid.edge_m()).min(MOST_CELLS_BETWEEN).floor() as i64;
+        let around = (radius_m / self.grid.edge_m()).min(MOST_CELLS_AROUND).floor() as i64;
         (-around..=around)
             .flat_map(move |y| (-around..=around).map(move |x| [x, y]))
             .filter(move |[x, y]| x * x + y * y <= around * around)
@@ -189,29 +189,6 @@ impl EvidenceGrid {
                     ReturnLabel::Background => cell.hit(now_ms),
                     ReturnLabel::Undecided => {}
                 }
-            }
-            // Background continues between two beams that hit one surface: a later scan from another place has
-            // returns between them.
-            if let Some(next) = scan.next(index)
-                && let Some(next_hit) = &scan.beams[next].hit
-                && labels[index] == ReturnLabel::Background
-                && labels[next] == ReturnLabel::Background
-                && scan.is_one_surface(hit, next_hit)
-            {
-                self.hit_between(&hit.place_m(), &next_hit.place_m(), now_ms);
-            }
-        }
-    }
-
-    fn hit_between(&mut self, from_m: &Point3<f64>, to_m: &Point3<f64>, now_ms: u32) {
-        let offset_m = to_m - from_m;
-        let samples = (offset_m.xy().norm() / (SAMPLES_PER_CELL * self.grid.edge_m()))
-            .min(MOST_CELLS_BETWEEN)
-            .floor();
-        for sample in 1..=samples as u32 {
-            let point_m = from_m + offset_m * (f64::from(sample) / (samples + 1.0));
-            if let Some(cell) = self.grid.cell_mut(&point_m, now_ms) {
-                cell.hit(now_ms);
             }
         }
     }

@@ -10,18 +10,14 @@ use super::sighting::{Sighting, Space};
 
 /// The highest speed of an object indoors: a running person.
 pub(crate) const MAX_SPEED_M_PER_S: f64 = 3.0;
-/// The cost of an object without a segment. Pairs cost less: at most a half for an object of the last scan, and another
-/// half for one that was not visible before.
-const UNASSIGNED_COST: f64 = 1.0;
+/// The cost of an object without a segment. Pairs cost less: one at most.
+const UNASSIGNED_COST: f64 = 2.0;
 
 /// The segment of each object, so that the sum of the squared distances in units of their gates is least.
-/// An object that was visible in the last scan has priority over one that was not.
 pub(crate) fn associate(objects: &[TrackedObject], segments: &[Segment]) -> Vec<Option<usize>> {
     assign(objects.len(), segments.len(), UNASSIGNED_COST, |object, segment| {
-        let object = &objects[object];
-        let share = gate_share(object, &segments[segment].sighting);
-        let lost = if object.is_lost() { 1.0 } else { 0.0 };
-        share.map_or(f64::INFINITY, |share| 0.5 * (share * share + lost))
+        let share = gate_share(&objects[object], &segments[segment].sighting);
+        share.map_or(f64::INFINITY, |share| share * share)
     })
 }
 
