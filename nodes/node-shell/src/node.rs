@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use tokio::sync::watch;
+use tracing::Span;
 
 use crate::endpoints::counters::Counters;
 use crate::endpoints::network::{Link, Network};
@@ -17,7 +18,7 @@ use crate::graph::{Graph, Match};
 use crate::node::clock::NodeClock;
 use crate::node::host::Host;
 use crate::node::life::Life;
-use crate::process::log::LogOutputs;
+use crate::process::log::{self, LogOutputs};
 use crate::process::shutdown::Shutdown;
 use crate::settings::arguments::RosArguments;
 use crate::settings::names::NodeIdentity;
@@ -47,10 +48,9 @@ impl Node {
     /// A node of a host, which does nothing of its own yet.
     pub(crate) fn of(
         host: &Host,
-        default_name: &str,
+        identity: NodeIdentity,
         arguments: &RosArguments,
     ) -> Result<Self, ShellError> {
-        let identity = arguments.identity(default_name)?;
         let switches = parameters::switches(&identity, &arguments.parameters)?;
         let graph = Graph::new(Arc::clone(host.exchange()), host.siblings().clone());
         let network = host.join(&identity, &graph)?;
@@ -74,8 +74,14 @@ impl Node {
         self.identity.full_name()
     }
 
-    pub(crate) fn name(&self) -> &str {
-        self.identity.name()
+    pub(crate) fn logger_name(&self) -> String {
+        self.identity.logger_name()
+    }
+
+    /// The span within which the node works: where nodes share a process, it gives the lines of the log the name of their node.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        log::span_of(&self.logger_name())
     }
 
     pub(crate) fn log_outputs(&self) -> &LogOutputs {

@@ -191,27 +191,19 @@ impl Nodes {
         (view, foxglove): (Option<LiveView>, Option<FoxgloveServer>),
     ) -> Result<Self, ShellError> {
         let host = Host::on(Transport::from_environment()?)?.started_again();
-        let node = |stage: Stage| {
-            let _named = span(stage).entered();
-            host.node(stage.name(), arguments)
-        };
+        let node = |stage: Stage| host.node(stage.name(), arguments);
         let [detection, segmentation, reconstruction] =
             [node(Stage::Detection)?, node(Stage::Segmentation)?, node(Stage::Reconstruction)?];
         let odometry = |parameters: OdometryParameters| -> Result<Odometry, ShellError> {
-            let pose = parameters.node();
-            let _named = pose.span().entered();
-            let node = host.node(pose.name(), arguments)?;
+            let node = host.node(parameters.node().name(), arguments)?;
             Ok(match parameters {
                 OdometryParameters::Visual(parameters) => Odometry::Visual(node, parameters),
                 OdometryParameters::Lidar(parameters) => Odometry::Lidar(node, parameters),
             })
         };
-        let view = view.map(|view| {
-            let _named = tracing::error_span!("live_view").entered();
-            Ok::<_, ShellError>((host.node(live_view::shell::NODE, arguments)?, view))
-        });
+        let view = view
+            .map(|view| Ok::<_, ShellError>((host.node(live_view::shell::NODE, arguments)?, view)));
         let foxglove = foxglove.map(|server| {
-            let _named = tracing::error_span!("foxglove").entered();
             Ok::<_, ShellError>((host.node(live_view::shell::FOXGLOVE_NODE, arguments)?, server))
         });
         Ok(Self {
@@ -236,26 +228,29 @@ impl Nodes {
         let status = status.map_err(|error| Failure::new(error.to_string()))?;
         let status = tokio::spawn(status.show(self.shutdown.clone()));
         let (node, parameters) = self.detection;
+        let span = node.span();
         let serve = async move {
             let result = detection::shell::serve(&node, parameters).await;
             node.close().await;
             (Stage::Detection.name(), result)
         };
-        tasks.spawn(serve.instrument(span(Stage::Detection)));
+        tasks.spawn(serve.instrument(span));
         let (node, parameters) = self.segmentation;
+        let span = node.span();
         let serve = async move {
             let result = segmentation::shell::serve(&node, parameters).await;
             node.close().await;
             (Stage::Segmentation.name(), result)
         };
-        tasks.spawn(serve.instrument(span(Stage::Segmentation)));
+        tasks.spawn(serve.instrument(span));
         let (node, parameters) = self.reconstruction;
+        let span = node.span();
         let serve = async move {
             let result = reconstruction::shell::serve(&node, parameters).await;
             node.close().await;
             (Stage::Reconstruction.name(), result)
         };
-        tasks.spawn(serve.instrument(span(Stage::Reconstruction)));
+        tasks.spawn(serve.instrument(span));
 
         let has = |pose: fn(&Odometry) -> bool| self.odometry.as_ref().is_some_and(pose);
         let shown = view::shown_nodes(
@@ -283,20 +278,22 @@ impl Nodes {
 
         match self.odometry {
             Some(Odometry::Visual(node, parameters)) => {
+                let span = node.span();
                 let serve = async move {
                     let result = pose::shell::serve(&node, *parameters).await;
                     node.close().await;
                     (PoseNode::Visual.name(), result)
                 };
-                tasks.spawn(serve.instrument(PoseNode::Visual.span()));
+                tasks.spawn(serve.instrument(span));
             }
             Some(Odometry::Lidar(node, parameters)) => {
+                let span = node.span();
                 let serve = async move {
                     let result = lidar_odometry::shell::serve(&node, *parameters).await;
                     node.close().await;
                     (PoseNode::Lidar.name(), result)
                 };
-                tasks.spawn(serve.instrument(PoseNode::Lidar.span()));
+                tasks.spawn(serve.instrument(span));
             }
             None => {}
         }
@@ -327,15 +324,6 @@ fn outcome(ended: Ended) -> Result<(), Failure> {
     }
 }
 
-/// The span that gives a node's logs its name. At the level error it passes every filter.
-fn span(stage: Stage) -> tracing::Span {
-    match stage {
-        Stage::Detection => tracing::error_span!("detection"),
-        Stage::Segmentation => tracing::error_span!("segmentation"),
-        Stage::Reconstruction => tracing::error_span!("reconstruction"),
-    }
-}
-
 impl PoseNode {
     /// What stands behind `--pose`.
     pub(crate) fn word(self) -> &'static str {
@@ -349,13 +337,6 @@ impl PoseNode {
         match self {
             Self::Visual => visual::NODE,
             Self::Lidar => lidar::NODE,
-        }
-    }
-
-    fn span(self) -> tracing::Span {
-        match self {
-            Self::Visual => tracing::error_span!("pose"),
-            Self::Lidar => tracing::error_span!("lidar_odometry"),
         }
     }
 }

@@ -109,7 +109,8 @@ pub(crate) async fn serve(
     graph: GraphOf,
     shown: Vec<ShownNode>,
 ) -> Result<(), String> {
-    let served = view.serve(node, graph, shown).instrument(tracing::error_span!("live_view"));
+    let span = node.span();
+    let served = view.serve(node, graph, shown).instrument(span);
     served.await.map_err(|error| error.to_string())
 }
 
@@ -126,7 +127,8 @@ pub(crate) async fn serve_foxglove(
             "foxglove, for a page of another site than Foxglove's: {with_token}"
         ));
     }
-    let served = server.serve(node, graph).instrument(tracing::error_span!("foxglove"));
+    let span = node.span();
+    let served = server.serve(node, graph).instrument(span);
     served.await.map_err(|error| error.to_string())
 }
 

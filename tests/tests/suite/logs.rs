@@ -1,5 +1,6 @@
 //! Where a node's log goes.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
@@ -80,4 +81,42 @@ async fn the_log_goes_where_arguments_and_variables_say() {
     let arguments = ["--disable-external-lib-logs"];
     seen("without_file", &arguments, &variables).await;
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Regression: neither variable had an effect.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_log_has_the_form_and_the_stream_of_ros_2s_variables() {
+    let variables = [
+        ("RCUTILS_CONSOLE_OUTPUT_FORMAT", Path::new("{name}|{severity}|{message} {no}")),
+        ("RCUTILS_LOGGING_USE_STDOUT", Path::new("1")),
+    ];
+    let (output, _) = seen("formed", &[], &variables).await;
+    let lines = String::from_utf8(output.stdout).unwrap();
+    assert!(lines.contains(".formed|INFO|parameters: ") && lines.contains(" {no}\n"), "{lines}");
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Regression: they were those that the program gives its nodes, whatever the namespace and the names.
+#[test]
+fn the_nodes_of_one_process_have_the_loggers_of_ros_2() {
+    let rules = ["-r", "__ns:=/logs_up", "-r", "segmentation:__node:=left"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
+        .args(["up", "--ros-args"])
+        .args(rules)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let mut begins =
+        lines.filter_map(|line| Some(line.split_once("]: parameters: ")?.0.to_owned()));
+    let mut loggers: Vec<String> =
+        begins.by_ref().take(3).map(|begin| begin.rsplit_once('[').unwrap().1.to_owned()).collect();
+    let pid = Pid::from_raw(i32::try_from(child.id()).unwrap()).unwrap();
+    kill_process(pid, Signal::TERM).unwrap();
+    begins.for_each(drop);
+    assert!(child.wait().unwrap().success());
+    loggers.sort_unstable();
+    assert_eq!(loggers, ["logs_up.detection", "logs_up.left", "logs_up.reconstruction"]);
 }

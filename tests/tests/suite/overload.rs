@@ -89,7 +89,7 @@ async fn what_is_published_is_new_the_log_says_what_helps_and_the_end_is_not_hel
 
 fn says_what_helps(log: &Path) {
     let log = std::fs::read_to_string(log).unwrap();
-    let mut lines = log.lines().filter(|line| line.contains("[segmentation]"));
+    let mut lines = log.lines().filter(|line| line.contains(".segmentation]"));
     let line = lines.find(|line| line.contains("too slow for its input"));
     let line = line.unwrap_or_else(|| panic!("{log}"));
     for part in ["dropped for newer ones", "the step `", "voxel_edge_m"] {

@@ -3,11 +3,12 @@
 //!
 //! `[INFO] [1731140000.123456789] [detection]: text`
 
+mod line_format;
+mod loggers;
 mod outputs;
 mod rosout_lines;
 
 use std::fmt;
-use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -20,6 +21,9 @@ use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::util::SubscriberInitExt;
 
 use super::status_line::LogLines;
+use line_format::{Line, LineFormat};
+pub(crate) use loggers::span_of;
+use loggers::{Loggers, logger_of};
 pub use outputs::LogOutputs;
 pub(crate) use rosout_lines::NodeLines;
 use rosout_lines::RosoutLayer;
@@ -31,7 +35,7 @@ const QUIET_LIBRARIES: &str =
     "rustdds=error,rustdds::network::udp_listener=off,ros2_client=error,mio=error,zenoh=error";
 
 /// How grave a message is, by the names that ROS 2 has for it.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum LogLevel {
     /// For those who look for a fault.
     Debug,
@@ -69,6 +73,17 @@ impl LogLevel {
     }
 }
 
+impl From<LogLevel> for Level {
+    fn from(level: LogLevel) -> Self {
+        match level {
+            LogLevel::Debug => Self::DEBUG,
+            LogLevel::Info => Self::INFO,
+            LogLevel::Warn => Self::WARN,
+            LogLevel::Error | LogLevel::Fatal => Self::ERROR,
+        }
+    }
+}
+
 /// One `--log-level [logger:=]level`.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct LogDirective {
@@ -78,16 +93,24 @@ pub struct LogDirective {
     pub level: LogLevel,
 }
 
+impl LogDirective {
+    /// The logger as the path of code, which libraries have for one.
+    fn path(&self) -> Option<String> {
+        Some(self.logger.as_ref()?.replace('.', "::"))
+    }
+}
+
 /// Starts printing as a process of which `logger` is the logger (as `robot.detection`, for a node of this name); does
 /// nothing when the process prints already.
 pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
-    let filter = filter_text(logger, directives);
-    let format = |to_journal| RosFormat { logger: logger.to_owned(), to_journal };
+    let loggers = Loggers::new(logger, directives);
+    let filter = filter_text(&loggers);
     let lines = outputs.stderr.then(|| {
+        let stream = LogLines::of_environment();
         tracing_subscriber::fmt::layer()
-            .with_writer(|| LogLines)
-            .with_ansi(outputs::has_colours(std::io::stderr().is_terminal()))
-            .event_format(format(outputs::go_to_journal()))
+            .with_writer(move || stream)
+            .with_ansi(outputs::has_colours(stream.is_terminal()))
+            .event_format(RosFormat::of(logger, outputs::go_to_journal(stream)))
     });
     let (file, failed) = match outputs.open_file(logger) {
         Ok(file) => (file, None),
@@ -98,11 +121,12 @@ pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
         tracing_subscriber::fmt::layer()
             .with_writer(Mutex::new(file))
             .with_ansi(false)
-            .event_format(format(false))
+            .event_format(RosFormat::of(logger, false))
     });
     // An error means that somebody else has set up logging: theirs it is, then.
     let _ = tracing_subscriber::registry()
         .with(EnvFilter::new(filter))
+        .with(loggers)
         .with(lines)
         .with(file)
         .with(RosoutLayer::start(logger))
@@ -115,33 +139,29 @@ pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
     }
 }
 
-/// The filter for the directives; a later one wins over an earlier one for the same logger. The process' own logger goes
-/// by its whole name or by the node's alone. Other loggers are libraries, by their paths, and the nodes that share the
-/// process, by their names: each works within a span of that name.
-fn filter_text(logger: &str, directives: &[LogDirective]) -> String {
-    let is_own = |name: &str| name == logger || logger.rsplit('.').next() == Some(name);
-    let level = directives
-        .iter()
-        .rev()
-        .find(|one| one.logger.as_deref().is_none_or(is_own))
-        .map_or(LogLevel::Info, |one| one.level);
-    let mut filter = format!("{},{QUIET_LIBRARIES}", level.filter());
-    for one in directives {
-        if let Some(name) = one.logger.as_deref().filter(|name| !is_own(name)) {
-            let level = one.level.filter();
-            filter.push_str(&format!(",{}={level}", name.replace('.', "::")));
-            if !name.contains(['.', ':']) {
-                filter.push_str(&format!(",[{name}]={level}"));
-            }
+/// The filter of code, by its paths; that of nodes, by their loggers, is behind it.
+fn filter_text(loggers: &Loggers) -> String {
+    let mut filter = format!("{},{QUIET_LIBRARIES}", loggers.least().filter());
+    for one in loggers.directives() {
+        if let Some(path) = one.path() {
+            filter.push_str(&format!(",{path}={}", one.level.filter()));
         }
     }
     filter
 }
 
 struct RosFormat {
+    /// The logger of what no node writes.
     logger: String,
+    format: LineFormat,
     /// Each line begins with how grave it is, by syslog's numbers, as the journal of systemd wants it.
     to_journal: bool,
+}
+
+impl RosFormat {
+    fn of(logger: &str, to_journal: bool) -> Self {
+        Self { logger: logger.to_owned(), format: LineFormat::from_environment(), to_journal }
+    }
 }
 
 impl<S, N> FormatEvent<S, N> for RosFormat
@@ -162,19 +182,27 @@ where
             Level::DEBUG => ("DEBUG", "\x1b[32m", 7),
             Level::TRACE => ("TRACE", "\x1b[32m", 7),
         };
-        // Several nodes may share a process: each works within a span of its own name.
-        let span = context.lookup_current();
-        let logger = span.as_ref().map_or(self.logger.as_str(), |span| span.name());
+        let logger = logger_of(context.lookup_current());
         let coloured = writer.has_ansi_escapes() && !colour.is_empty();
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let mut message = String::new();
+        context.format_fields(Writer::new(&mut message), event)?;
+        let metadata = event.metadata();
+        let line = Line {
+            severity: name,
+            name: logger.as_deref().unwrap_or(&self.logger),
+            message: &message,
+            time: SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default(),
+            function_name: metadata.module_path().unwrap_or_default(),
+            file_name: metadata.file().unwrap_or_default(),
+            line_number: metadata.line().unwrap_or_default(),
+        };
         if self.to_journal {
             write!(writer, "<{priority}>")?;
         }
         if coloured {
             writer.write_str(colour)?;
         }
-        write!(writer, "[{name}] [{}.{:09}] [{}]: ", now.as_secs(), now.subsec_nanos(), logger)?;
-        context.field_format().format_fields(writer.by_ref(), event)?;
+        self.format.write(&line, &mut writer)?;
         if coloured {
             writer.write_str("\x1b[0m")?;
         }
@@ -186,13 +214,9 @@ where
 mod tests {
     use super::*;
 
-    fn directive(logger: Option<&str>, level: LogLevel) -> LogDirective {
-        LogDirective { logger: logger.map(str::to_owned), level }
-    }
-
     /// What is kept of lines that were written.
     #[derive(Clone, Default)]
-    struct Kept(std::sync::Arc<Mutex<Vec<u8>>>);
+    pub(super) struct Kept(pub(super) std::sync::Arc<Mutex<Vec<u8>>>);
 
     impl std::io::Write for Kept {
         fn write(&mut self, lines: &[u8]) -> std::io::Result<usize> {
@@ -213,7 +237,7 @@ mod tests {
         ] {
             let kept = Kept::default();
             let writer = kept.clone();
-            let format = RosFormat { logger: "detection".to_owned(), to_journal };
+            let format = RosFormat::of("detection", to_journal);
             let layer = tracing_subscriber::fmt::layer()
                 .with_writer(move || writer.clone())
                 .with_ansi(false)
@@ -231,44 +255,5 @@ mod tests {
                 assert!(line.starts_with(start), "{line}");
             }
         }
-    }
-
-    #[test]
-    fn the_default_is_info_with_quiet_libraries() {
-        let filter = filter_text("detection", &[]);
-        assert_eq!(filter, format!("info,{QUIET_LIBRARIES}"));
-        assert!(EnvFilter::try_new(filter).is_ok());
-    }
-
-    #[test]
-    fn the_node_is_meant_by_its_name_or_by_none() {
-        let for_all = directive(None, LogLevel::Debug);
-        let for_node = directive(Some("detection"), LogLevel::Warn);
-        assert!(filter_text("detection", std::slice::from_ref(&for_all)).starts_with("debug,"));
-        assert!(filter_text("detection", &[for_all, for_node]).starts_with("warn,"));
-        let for_library = directive(Some("rustdds.rtps"), LogLevel::Debug);
-        let filter = filter_text("detection", &[for_library]);
-        assert!(filter.starts_with("info,") && filter.ends_with(",rustdds::rtps=debug"));
-        assert!(EnvFilter::try_new(filter).is_ok());
-    }
-
-    #[test]
-    fn a_node_in_a_namespace_has_its_logger_with_dots() {
-        for name in ["robot.detection", "detection"] {
-            let filter = filter_text("robot.detection", &[directive(Some(name), LogLevel::Error)]);
-            assert_eq!(filter, format!("error,{QUIET_LIBRARIES}"));
-        }
-        let other = directive(Some("arm.detection"), LogLevel::Error);
-        assert!(filter_text("robot.detection", &[other]).starts_with("info,"));
-    }
-
-    #[test]
-    fn a_node_that_shares_the_process_is_meant_by_the_span_of_its_name() {
-        let filter = filter_text("stillmap", &[directive(Some("segmentation"), LogLevel::Debug)]);
-        assert!(
-            filter.starts_with("info,") && filter.ends_with(",[segmentation]=debug"),
-            "{filter}"
-        );
-        assert!(EnvFilter::try_new(filter).is_ok());
     }
 }

@@ -3,6 +3,9 @@
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// Whether the log goes to stdout: `1`, or `0`, which is what it is where the variable is not set.
+const TO_STDOUT: &str = "RCUTILS_LOGGING_USE_STDOUT";
+
 /// Back to the first column, and the line is empty.
 const EMPTIED: &str = "\r\x1b[K";
 
@@ -42,21 +45,55 @@ impl Drop for StatusLine {
     }
 }
 
-/// Stderr for the lines of the log.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LogLines;
+/// The stream for the lines of the log.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum LogLines {
+    Stderr,
+    Stdout,
+}
+
+impl LogLines {
+    /// That of the environment: stderr, unless it says otherwise.
+    pub(super) fn of_environment() -> Self {
+        Self::by(std::env::var(TO_STDOUT).ok().as_deref())
+    }
+
+    fn by(variable: Option<&str>) -> Self {
+        if variable == Some("1") { Self::Stdout } else { Self::Stderr }
+    }
+
+    pub(super) fn is_terminal(self) -> bool {
+        match self {
+            Self::Stderr => io::stderr().is_terminal(),
+            Self::Stdout => io::stdout().is_terminal(),
+        }
+    }
+
+    pub(super) fn descriptor(self) -> u8 {
+        match self {
+            Self::Stderr => 2,
+            Self::Stdout => 1,
+        }
+    }
+}
 
 impl Write for LogLines {
     fn write(&mut self, lines: &[u8]) -> io::Result<usize> {
         let shown = shown();
-        if shown.is_empty() {
-            return io::stderr().write(lines);
+        // The line at the foot is on stderr: where that is a terminal, so is stdout, or else its lines do not meet it.
+        match self {
+            Self::Stdout if shown.is_empty() || !self.is_terminal() => io::stdout().write(lines),
+            Self::Stdout => write(&mut io::stdout(), lines, &shown).map(|()| lines.len()),
+            Self::Stderr if shown.is_empty() => io::stderr().write(lines),
+            Self::Stderr => write(&mut io::stderr(), lines, &shown).map(|()| lines.len()),
         }
-        write(&mut io::stderr(), lines, &shown).map(|()| lines.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        io::stderr().flush()
+        match self {
+            Self::Stderr => io::stderr().flush(),
+            Self::Stdout => io::stdout().flush(),
+        }
     }
 }
 
@@ -74,6 +111,15 @@ fn write(to: &mut impl Write, lines: &[u8], foot: &str) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Regression: the variable had no effect.
+    #[test]
+    fn the_log_goes_to_stdout_where_the_variable_says_so() {
+        assert_eq!(LogLines::by(Some("1")), LogLines::Stdout);
+        for other in [None, Some(""), Some("0")] {
+            assert_eq!(LogLines::by(other), LogLines::Stderr);
+        }
+    }
 
     #[test]
     fn the_log_goes_above_the_line() {

@@ -2,6 +2,7 @@
 
 use crate::node::Node;
 use crate::node::host::Host;
+use crate::process::log;
 use crate::settings::arguments::RosArguments;
 use crate::wire::error::ShellError;
 use crate::wire::transport::Transport;
@@ -12,7 +13,9 @@ impl Host {
     /// # Errors
     /// When names or network do not allow it.
     pub fn node(&self, default_name: &str, arguments: &RosArguments) -> Result<Node, ShellError> {
-        let node = Node::of(self, default_name, arguments)?;
+        let identity = arguments.identity(default_name)?;
+        let _within = log::span_of(&identity.logger_name()).entered();
+        let node = Node::of(self, identity, arguments)?;
         node.start_clock()?;
         node.start_diagnostics()?;
         node.start_rosout()?;

@@ -64,7 +64,7 @@ impl Node {
     pub(crate) fn start_rosout(&self) -> Result<(), ShellError> {
         let is_published = self.log_outputs().rosout;
         let Some(network) = self.network().filter(|_| is_published) else { return Ok(()) };
-        let Some(lines) = NodeLines::of(self.name()) else { return Ok(()) };
+        let Some(lines) = NodeLines::of(&self.logger_name()) else { return Ok(()) };
         // Reliable and kept, as ROS 2 has it: it fits every subscriber.
         let qos = Qos::new(true, true, rosout::LINES_KEPT);
         let publisher = self.own_publisher(rosout::TOPIC, &qos)?;

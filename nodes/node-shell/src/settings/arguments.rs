@@ -9,7 +9,7 @@ use std::path::PathBuf;
 pub use error::ArgumentError;
 
 use crate::process::failure::NodeFailure;
-use crate::process::log::{LogDirective, LogLevel, LogOutputs};
+use crate::process::log::{self, LogDirective, LogLevel, LogOutputs};
 use crate::settings::names::{NameError, NodeIdentity, RemapKind, RemapRule};
 use crate::settings::parameters::{self, NodeParameters};
 
@@ -129,6 +129,7 @@ impl RosArguments {
     /// When the name breaks the rules for names, a file or a value cannot be used, or a parameter does not hold.
     pub fn parameters_of<P: NodeParameters>(&self, default_name: &str) -> Result<P, NodeFailure> {
         let identity = self.identity(default_name)?;
+        let _within = log::span_of(&identity.logger_name()).entered();
         let parameters: P = parameters::of_node(&identity, &self.parameters)?;
         parameters.validate_node()?;
         Ok(parameters)

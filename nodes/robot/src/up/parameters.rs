@@ -10,9 +10,8 @@ use node_shell::parameters::{self, NodeParameters, ParameterError, nearest_name}
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
-use tracing::Span;
 
-use super::{PoseNode, span};
+use super::PoseNode;
 use crate::failure::Failure;
 use crate::run::Stage;
 use crate::run::parameters::{check_agreement, check_map_edge};
@@ -55,24 +54,22 @@ impl SuiteParameters {
         check_named_nodes(arguments)?;
         known.check(arguments)?;
         let reader = Reader { arguments, all: &known.all };
-        let of_stage = |stage: Stage| (stage.name(), span(stage));
-        let of_pose = |pose: PoseNode| (pose.name(), pose.span());
         let odometry = |pose: PoseNode| {
             Ok(match pose {
                 PoseNode::Visual => {
-                    let read = reader.read(of_pose(pose), &known.pose)?;
+                    let read = reader.read(pose.name(), &known.pose)?;
                     OdometryParameters::Visual(Box::new(read))
                 }
                 PoseNode::Lidar => {
-                    let read = reader.read(of_pose(pose), &known.lidar_odometry)?;
+                    let read = reader.read(pose.name(), &known.lidar_odometry)?;
                     OdometryParameters::Lidar(Box::new(read))
                 }
             })
         };
         let read = Self {
-            detection: reader.read(of_stage(Stage::Detection), &known.detection)?,
-            segmentation: reader.read(of_stage(Stage::Segmentation), &known.segmentation)?,
-            reconstruction: reader.read(of_stage(Stage::Reconstruction), &known.reconstruction)?,
+            detection: reader.read(Stage::Detection.name(), &known.detection)?,
+            segmentation: reader.read(Stage::Segmentation.name(), &known.segmentation)?,
+            reconstruction: reader.read(Stage::Reconstruction.name(), &known.reconstruction)?,
             odometry: pose.map(odometry).transpose()?,
         };
         let [detection, segmentation, reconstruction] = [
@@ -95,12 +92,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn read<P: NodeParameters>(
-        self,
-        (node, span): (&str, Span),
-        own: &BTreeSet<String>,
-    ) -> Result<P, Failure> {
-        let _named = span.entered();
+    fn read<P: NodeParameters>(self, node: &str, own: &BTreeSet<String>) -> Result<P, Failure> {
         let arguments = self.for_one(own);
         arguments.parameters_of(node).map_err(|error| {
             let failure = Failure::new(format!("{node}: {error}"));

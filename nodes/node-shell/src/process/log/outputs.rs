@@ -1,4 +1,4 @@
-//! Where the log goes: stderr, `/rosout` and, as ROS 2 has it, a file in the folder that `ROS_LOG_DIR` names.
+//! Where the log goes: stderr or stdout, `/rosout` and, as ROS 2 has it, a file in the folder that `ROS_LOG_DIR` names.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -6,6 +6,8 @@ use std::io;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
+
+use crate::process::status_line::LogLines;
 
 /// The folder of log files. Unlike in ROS 2 there are none without it.
 const FOLDER: &str = "ROS_LOG_DIR";
@@ -18,7 +20,7 @@ const JOURNAL: &str = "JOURNAL_STREAM";
 /// Where the log goes, by the arguments.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct LogOutputs {
-    /// To stderr: all but `--disable-stdout-logs`.
+    /// To stderr, or to stdout where `RCUTILS_LOGGING_USE_STDOUT` is 1: all but `--disable-stdout-logs`.
     pub stderr: bool,
     /// To `/rosout`: all but `--disable-rosout-logs`.
     pub rosout: bool,
@@ -54,7 +56,7 @@ impl LogOutputs {
     }
 }
 
-/// Whether lines on stderr have colours.
+/// Whether lines have colours.
 pub(super) fn has_colours(is_watched: bool) -> bool {
     colours(std::env::var_os(COLOURS).as_deref(), is_watched)
 }
@@ -67,10 +69,10 @@ fn colours(variable: Option<&OsStr>, is_watched: bool) -> bool {
     }
 }
 
-/// Whether lines on stderr go to the journal of systemd, which takes how grave each is from a prefix (sd-daemon(3)).
-pub(super) fn go_to_journal() -> bool {
-    let stderr = fs::metadata("/proc/self/fd/2").ok();
-    stderr.is_some_and(|stderr| is_journal(std::env::var_os(JOURNAL).as_deref(), &stderr))
+/// Whether the lines go to the journal of systemd, which takes how grave each is from a prefix (sd-daemon(3)).
+pub(super) fn go_to_journal(stream: LogLines) -> bool {
+    let stream = fs::metadata(format!("/proc/self/fd/{}", stream.descriptor())).ok();
+    stream.is_some_and(|stream| is_journal(std::env::var_os(JOURNAL).as_deref(), &stream))
 }
 
 fn is_journal(variable: Option<&OsStr>, stream: &fs::Metadata) -> bool {

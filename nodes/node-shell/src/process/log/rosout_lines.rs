@@ -17,6 +17,8 @@ use tracing_subscriber::Layer;
 use tracing_subscriber::layer::Context;
 use tracing_subscriber::registry::LookupSpan;
 
+use super::loggers::logger_of;
+
 /// Lines that may wait to be published; more at a time than any node writes. Those beyond are on stderr alone.
 const LINES_WAITING: usize = 256;
 
@@ -34,8 +36,7 @@ struct Lines {
 /// A node that publishes its lines.
 #[derive(Debug)]
 struct Inbox {
-    /// Its name, which its span has where nodes share a process.
-    node: String,
+    logger: String,
     lines: mpsc::Sender<Log>,
 }
 
@@ -47,12 +48,12 @@ pub(crate) struct NodeLines {
 }
 
 impl NodeLines {
-    /// From now on the lines of the node of this name; none where the process' log is not the suite's own.
-    pub(crate) fn of(node: &str) -> Option<Self> {
+    /// From now on the lines of the node with this logger; none where the process' log is not the suite's own.
+    pub(crate) fn of(logger: &str) -> Option<Self> {
         let mut lines = lock();
         let lines = lines.as_mut()?;
         let (sender, waiting) = mpsc::channel(LINES_WAITING);
-        let inbox = Arc::new(Inbox { node: node.to_owned(), lines: sender });
+        let inbox = Arc::new(Inbox { logger: logger.to_owned(), lines: sender });
         lines.nodes.retain(|other| other.strong_count() > 0);
         lines.nodes.push(Arc::downgrade(&inbox));
         Some(Self { _inbox: inbox, waiting })
@@ -80,15 +81,14 @@ where
     S: Subscriber + for<'a> LookupSpan<'a>,
 {
     fn on_event(&self, event: &Event<'_>, context: Context<'_, S>) {
-        let span = context.event_span(event);
+        let logger = logger_of(context.event_span(event));
         let mut lines = lock();
         let Some(lines) = lines.as_mut() else { return };
         let inboxes: Vec<Arc<Inbox>> = lines.nodes.iter().filter_map(Weak::upgrade).collect();
-        let name = span.as_ref().map(|span| span.name());
         // Lines outside of any node's span are published by the first node.
-        let its_own = inboxes.iter().find(|inbox| Some(inbox.node.as_str()) == name);
+        let its_own = inboxes.iter().find(|inbox| Some(inbox.logger.as_str()) == logger.as_deref());
         if let Some(inbox) = its_own.or(inboxes.first()) {
-            let name = name.unwrap_or(lines.logger.as_str()).to_owned();
+            let name = logger.as_deref().unwrap_or(&lines.logger).to_owned();
             // When too many lines wait, the line is on stderr alone.
             let _ = inbox.lines.try_send(line(event, name));
         }
