@@ -17,7 +17,7 @@ use node_shell::{Counters, Node, NodeFailure, Qos, Throttle};
 use crate::filter::{MotionFilter, Verdict};
 use calibration::Calibration;
 use colours::Colours;
-use lane::{Lane, Wait};
+use lane::{Lane, Wait, stamp_of};
 
 /// Scans and messages of cameras that may wait.
 const SCANS_KEPT: usize = 50;
@@ -108,6 +108,7 @@ impl Filter {
                 node,
                 ["depth/camera_info", "static_depth/camera_info", "dynamic_depth/camera_info"],
                 &sent,
+                view,
             )?,
             colours: Colours::new(node, static_rgb_fill, static_depth_max_wait_s)?,
             counters: node.counters(),
@@ -209,6 +210,8 @@ impl Filter {
     /// There is no more input: what waits goes out.
     pub(super) fn give_up_waiting(&mut self) {
         self.release(true);
+        self.calibration.give_up_waiting();
+        self.colours.calibration.give_up_waiting();
     }
 
     /// Forgets the cycles and what waits for one.
@@ -216,6 +219,7 @@ impl Filter {
         self.motion.clear();
         self.scans.clear();
         self.images.clear();
+        self.calibration.clear();
         self.points.clear();
         self.colours.clear();
     }
@@ -242,11 +246,13 @@ impl Filter {
             // An image without the calibration of its camera waits for that, as long as there is room.
             while let Some(message) = self.images.pop_beyond_room(is_over) {
                 self.refuse_uncalibrated("depth/image", &self.calibration);
+                self.calibration.send_with_image(stamp_of(&*message));
                 self.images.pass_on(message);
             }
             return;
         };
         while let Some(message) = self.images.pop(is_over, |stamp| self.motion.has_view(stamp)) {
+            self.calibration.send_with_image(stamp_of(&*message));
             if let Err(error) = self.filter_image(&message, &camera) {
                 self.refuse("depth/image", error.as_ref());
                 self.images.pass_on(message);

@@ -14,7 +14,7 @@ use msgs::sensor_msgs::Image;
 use node_shell::{Node, NodeFailure, Qos};
 
 use super::calibration::Calibration;
-use super::lane::{Lane, Wait};
+use super::lane::{Lane, Wait, stamp_of};
 use super::{Filter, VIEWS_KEPT, VIEWS_SENT};
 
 /// Those that wait: 100 MB of a Kinect's second camera, and half a second at 30 Hz.
@@ -45,7 +45,7 @@ impl Colours {
         let infos = ["rgb/camera_info", "static_rgb/camera_info", "dynamic_rgb/camera_info"];
         Ok(Self {
             lane: Lane::new(node, images, &sent, wait)?,
-            calibration: Calibration::new(node, infos, &sent)?,
+            calibration: Calibration::new(node, infos, &sent, wait)?,
             fill,
             needs_mask: false,
         })
@@ -73,6 +73,7 @@ impl Colours {
 
     pub(super) fn clear(&mut self) {
         self.lane.clear();
+        self.calibration.clear();
     }
 }
 
@@ -86,6 +87,7 @@ impl Filter {
     pub(super) fn release_colours(&mut self, is_over: bool) {
         if !self.colours.needs_mask {
             while let Some(message) = self.colours.lane.pop_beyond_room(true) {
+                self.colours.calibration.send_with_image(stamp_of(&*message));
                 self.colours.lane.pass_on(message);
             }
             return;
@@ -93,6 +95,7 @@ impl Filter {
         let Some(camera) = self.colours.calibration.camera().copied() else {
             while let Some(message) = self.colours.lane.pop_beyond_room(is_over) {
                 self.refuse_uncalibrated("rgb/image", &self.colours.calibration);
+                self.colours.calibration.send_with_image(stamp_of(&*message));
                 self.colours.lane.pass_on(message);
             }
             return;
@@ -102,6 +105,7 @@ impl Filter {
         while let Some(message) = self.colours.lane.pop(is_over, |stamp| {
             self.motion.has_depth(stamp) || (!is_depth_awaited && self.motion.has_view(stamp))
         }) {
+            self.colours.calibration.send_with_image(stamp_of(&*message));
             if let Err(error) = self.filter_colour(&message, &camera) {
                 self.refuse("rgb/image", error.as_ref());
                 self.colours.lane.pass_on(message);

@@ -36,6 +36,11 @@ impl Stamped for PointCloud2 {
     }
 }
 
+/// When a message was measured.
+pub(super) fn stamp_of(message: &impl Stamped) -> Stamp {
+    stamp_from_time(message.header().stamp)
+}
+
 /// How long and how many messages wait for the cycle that decides them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wait {
@@ -126,12 +131,12 @@ impl<M: Stamped> Lane<M> {
 
     /// Whether what waits is of another run than a message that has come: the time has jumped back.
     pub(super) fn is_before(&self, message: &M) -> bool {
-        let stamp = stamp_from_time(message.header().stamp);
+        let stamp = stamp_of(message);
         self.newest.is_some_and(|newest| newest.seconds_since(stamp) > ANOTHER_RUN_S)
     }
 
     pub(super) fn push(&mut self, message: Arc<M>) {
-        let stamp = stamp_from_time(message.header().stamp);
+        let stamp = stamp_of(&*message);
         // Of another run nothing waits any more.
         self.newest = self.newest.filter(|_| !self.is_before(&message)).max(Some(stamp));
         self.waiting.push_back((stamp, message));
