@@ -11,6 +11,7 @@ use nalgebra::Isometry3;
 
 use crate::{Stamp, UnusablePose, check_pose};
 pub use continuous::ContinuousFrame;
+pub(crate) use continuous::REACH_M;
 pub use correction::{PathCorrection, PathKnot};
 pub use late::LateCorrections;
 

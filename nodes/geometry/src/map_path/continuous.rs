@@ -9,7 +9,7 @@ use crate::Stamp;
 /// the noise of poses from cycle to cycle (0.02 m is a quarter of the thesis' voxel).
 const JUMP_M: f64 = 0.02;
 /// The extent of the surroundings of the platform: as far as a depth camera sees well.
-const REACH_M: f64 = 4.0;
+pub(crate) const REACH_M: f64 = 4.0;
 /// The most corrections that may be ahead of the data: each is published a moment before the first pose that has it.
 const MOST_AHEAD: usize = 16;
 

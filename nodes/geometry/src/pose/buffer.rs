@@ -6,9 +6,14 @@ use nalgebra::Isometry3;
 
 use super::{StampedPose, UnusablePose, check_pose};
 use crate::Stamp;
+use crate::map_path::REACH_M;
 
 /// Rotations nearer to each other than this are taken for one: a fifth of a thousandth of an arc second.
 const SAME_ROTATION_RAD: f64 = 1e-9;
+
+/// Two poses between which the surroundings of the platform shift by no more than this are those of a platform that stands: a voxel
+/// of the thesis, and the noise of a localisation.
+const AT_REST_M: f64 = 0.08;
 
 /// The latest poses, for the pose at a moment between two of them.
 ///
@@ -19,6 +24,7 @@ pub struct PoseBuffer {
     poses: VecDeque<StampedPose>,
     capacity: usize,
     max_gap_s: f64,
+    max_rest_s: f64,
 }
 
 /// A pose was not taken into the buffer, which is as it was.
@@ -101,13 +107,21 @@ impl PoseBuffer {
     #[must_use]
     pub fn new(capacity: usize) -> Self {
         let max_gap_s = Self::DEFAULT_MAX_GAP_S;
-        Self { poses: VecDeque::new(), capacity: capacity.max(2), max_gap_s }
+        let max_rest_s = 0.0;
+        Self { poses: VecDeque::new(), capacity: capacity.max(2), max_gap_s, max_rest_s }
     }
 
     /// The same buffer, which bridges gaps between poses of up to `max_gap_s`.
     #[must_use]
     pub fn with_max_gap_s(self, max_gap_s: f64) -> Self {
         Self { max_gap_s, ..self }
+    }
+
+    /// The same buffer, which bridges longer gaps, too, of up to `max_rest_s`, where the poses before and after agree: the platform
+    /// stands.
+    #[must_use]
+    pub fn with_max_rest_s(self, max_rest_s: f64) -> Self {
+        Self { max_rest_s, ..self }
     }
 
     /// Takes a pose; a full buffer lets its oldest one go. One that comes late finds its place.
@@ -167,7 +181,9 @@ impl PoseBuffer {
         };
         let gap_s = later.stamp.seconds_since(earlier.stamp);
         // A limit that is not a number bridges nothing.
-        if gap_s > self.max_gap_s || self.max_gap_s.is_nan() {
+        let is_bridged = gap_s <= self.max_gap_s
+            || (gap_s <= self.max_rest_s && is_rest(&earlier.map_from_rig, &later.map_from_rig));
+        if !is_bridged {
             return Err(PoseLookupError::Gap { gap_s, max_gap_s: self.max_gap_s });
         }
         let share = stamp.seconds_since(earlier.stamp) / gap_s;
@@ -203,6 +219,12 @@ impl PoseBuffer {
     pub fn clear(&mut self) {
         self.poses.clear();
     }
+}
+
+/// Whether the platform stands, by the poses at the begin and the end.
+fn is_rest(earlier: &Isometry3<f64>, later: &Isometry3<f64>) -> bool {
+    let step_m = (later.translation.vector - earlier.translation.vector).norm();
+    step_m + REACH_M * earlier.rotation.angle_to(&later.rotation) <= AT_REST_M
 }
 
 /// The pose at `share` of the interval, from 0 at `earlier` to 1 at `later`.

@@ -141,6 +141,21 @@ fn a_gap_is_bridged_up_to_its_limit() {
 }
 
 #[test]
+fn a_longer_gap_is_bridged_while_the_platform_stands() {
+    let mut buffer = PoseBuffer::new(8).with_max_gap_s(0.1).with_max_rest_s(0.5);
+    // It stands, drives, turns, and stands for too long.
+    for (millis, x_m, yaw_rad) in
+        [(0, 0.0, 0.0), (400, 0.04, 0.005), (800, 0.4, 0.0), (1200, 0.4, 0.1), (1800, 0.4, 0.1)]
+    {
+        buffer.push(pose(millis, x_m, yaw_rad)).unwrap();
+    }
+    assert!(at(&buffer, 100).unwrap().map_from_rig.translation.x - 0.01 < 1e-9);
+    for millis in [500, 1000, 1500] {
+        assert!(matches!(at(&buffer, millis), Err(PoseLookupError::Gap { .. })), "{millis}");
+    }
+}
+
+#[test]
 fn a_late_pose_finds_its_place_and_a_second_one_is_refused() {
     let mut buffer = PoseBuffer::new(8);
     for millis in [300, 100, 200] {

@@ -70,6 +70,24 @@ fn moving_transforms_are_interpolated_and_never_extrapolated() {
     assert!(tree.lookup("camera", "laser", at_s(5.0)).is_ok());
 }
 
+/// Regression: with a localisation that corrects the odometry every 2 s no cycle had a pose, though the robot stood.
+#[test]
+fn seldom_transforms_are_interpolated_between_while_they_agree() {
+    let mut tree = robot();
+    for (seconds, x_m) in [(0.0, 1.0), (2.0, 1.02), (4.0, 1.02), (6.0, 1.5), (17.0, 1.5)] {
+        tree.insert_timed(at_s(seconds), "map", "odom", &along_x(x_m)).unwrap();
+    }
+    for seconds in 0..=17 {
+        tree.insert_timed(at_s(f64::from(seconds)), "odom", "base_link", &along_x(0.0)).unwrap();
+    }
+    check_near(&tree.lookup("map", "base_link", at_s(0.5)).unwrap(), &along_x(1.005));
+    check_near(&tree.lookup("map", "base_link", at_s(3.5)).unwrap(), &along_x(1.02));
+    for (seconds, apart) in [(5.0, "2.000 s apart"), (10.0, "11.000 s apart")] {
+        let message = tree.lookup("map", "base_link", at_s(seconds)).unwrap_err().to_string();
+        assert!(message.contains(apart), "{message}");
+    }
+}
+
 fn error_of(tree: &TransformTree, target: &str, source: &str) -> TransformError {
     tree.lookup(target, source, at_s(0.0)).unwrap_err()
 }

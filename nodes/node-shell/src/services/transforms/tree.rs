@@ -16,6 +16,9 @@ const MOST_TIMED: usize = 1000;
 /// Transforms that follow one another by more than this are not interpolated between: half a second more than the
 /// slowest broadcaster of moving parts, at 1 Hz.
 const MAX_GAP_S: f64 = 1.5;
+/// But they are where both agree, as far as tf2's own memory reaches: a localisation that publishes seldom while the robot stands,
+/// or seldom corrects an odometry.
+const MAX_REST_S: f64 = 10.0;
 
 /// The transforms between frames, fixed ones and those of a moment.
 ///
@@ -101,7 +104,9 @@ impl TransformTree {
                 poses.push(pose)
             }
             _ => {
-                let mut poses = PoseBuffer::new(MOST_TIMED).with_max_gap_s(MAX_GAP_S);
+                let mut poses = PoseBuffer::new(MOST_TIMED)
+                    .with_max_gap_s(MAX_GAP_S)
+                    .with_max_rest_s(MAX_REST_S);
                 let pushed = poses.push(pose);
                 let edge = Edge { parent: parent.clone(), kind: Kind::Timed(poses) };
                 self.edges.insert(child.clone(), edge);
