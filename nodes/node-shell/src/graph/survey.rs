@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
-use rustdds::policy::{Durability, Liveliness, Reliability};
+use rustdds::policy::{Durability, Liveliness, Ownership, Reliability};
 use rustdds::qos::QosPolicyId;
 use rustdds::{DomainParticipant, Duration, GUID, QosPolicies, RTPSEntity};
 
@@ -128,6 +128,16 @@ impl DiscoveredQos {
         Self { role: Role::Subscription, policies: qos.reader_policies() }
     }
 
+    /// What a publisher offers.
+    pub(super) fn offered(policies: &QosPolicies) -> Self {
+        Self { role: Role::Publisher, policies: policies.clone() }
+    }
+
+    /// What a subscription requests.
+    pub(super) fn requested(policies: &QosPolicies) -> Self {
+        Self { role: Role::Subscription, policies: policies.clone() }
+    }
+
     /// Whether lost messages are sent again, or are to be.
     #[must_use]
     pub fn is_reliable(&self) -> bool {
@@ -154,7 +164,7 @@ impl DiscoveredQos {
                 QosPolicyId::Durability => ("durability", Self::durability),
                 QosPolicyId::Deadline => ("deadline", Self::deadline),
                 QosPolicyId::Liveliness => ("liveliness", Self::liveliness),
-                QosPolicyId::Ownership => ("ownership", |_| "another".to_owned()),
+                QosPolicyId::Ownership => ("ownership", Self::ownership),
                 QosPolicyId::Representation => ("data representation", |_| "another".to_owned()),
                 _ => ("a rare policy", |_| "another".to_owned()),
             };
@@ -179,9 +189,17 @@ impl DiscoveredQos {
         self.policies.deadline().map_or_else(|| "none".to_owned(), |deadline| seconds(deadline.0))
     }
 
+    fn ownership(&self) -> String {
+        match self.policies.ownership() {
+            None | Some(Ownership::Shared) => "shared",
+            Some(Ownership::Exclusive { .. }) => "exclusive",
+        }
+        .to_owned()
+    }
+
     fn liveliness(&self) -> String {
         let (kind, lease) = match self.policies.liveliness() {
-            None => return "automatic".to_owned(),
+            None => ("automatic", Duration::INFINITE),
             Some(Liveliness::Automatic { lease_duration }) => ("automatic", lease_duration),
             Some(Liveliness::ManualByParticipant { lease_duration }) => {
                 ("manual by participant", lease_duration)
@@ -190,6 +208,9 @@ impl DiscoveredQos {
                 ("manual by topic", lease_duration)
             }
         };
+        if lease == Duration::INFINITE {
+            return format!("{kind} without a lease");
+        }
         format!("{kind} with a lease of {}", seconds(lease))
     }
 }

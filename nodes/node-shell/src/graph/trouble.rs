@@ -2,10 +2,9 @@
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
 use rustdds::QosPolicies;
-use rustdds::policy::{Durability, Reliability};
-use rustdds::qos::QosPolicyId;
 
 use super::Role;
+use super::survey::{DiscoveredQos, QosMismatch};
 use crate::settings::names::ros_type_name;
 
 /// Why a peer does not fit.
@@ -98,46 +97,33 @@ impl End<'_> {
         offered: &QosPolicies,
         requested: &QosPolicies,
     ) -> Trouble {
-        let (policy, offers, asks) = match offered.compliance_failure_wrt(requested) {
-            Some(QosPolicyId::Reliability) => {
-                ("reliability".to_owned(), reliability(offered), reliability(requested))
+        let peer = self.role.peers();
+        let is_misfit = format!("a {peer} there, {who}, does not fit in its quality of service");
+        let mismatch =
+            DiscoveredQos::offered(offered).mismatch(&DiscoveredQos::requested(requested));
+        let text = match mismatch {
+            Some(QosMismatch { policy, offered, requested }) => {
+                // A node of the suite cannot be told another one.
+                let own = match self.role {
+                    Role::Publisher => &offered,
+                    Role::Subscription => &requested,
+                };
+                format!(
+                    "{is_misfit}: {policy} is offered as {offered} and requested as {requested}, so nothing is exchanged; set the \
+                     {peer}'s {policy} to {own}"
+                )
             }
-            Some(QosPolicyId::Durability) => {
-                ("durability".to_owned(), durability(offered), durability(requested))
-            }
-            Some(other) => (format!("{other:?}"), "less".to_owned(), "more".to_owned()),
-            None => ("a policy".to_owned(), "less".to_owned(), "more".to_owned()),
+            None => format!("{is_misfit}, so nothing is exchanged"),
         };
-        let text = format!(
-            "a {} there, {who}, does not fit in its quality of service: {policy} is offered as \
-             {offers} and requested as {asks}, so nothing is exchanged; set the publisher's {policy} to \
-             {asks}, or the subscriber's to {offers}",
-            self.role.peers(),
-        );
         Trouble { topic: self.topic.to_owned(), kind: TroubleKind::Incompatible, text }
     }
 }
 
-fn reliability(qos: &QosPolicies) -> String {
-    match qos.reliability() {
-        Some(Reliability::Reliable { .. }) => "reliable",
-        None | Some(Reliability::BestEffort) => "best effort",
-    }
-    .to_owned()
-}
-
-fn durability(qos: &QosPolicies) -> String {
-    match qos.durability() {
-        None | Some(Durability::Volatile) => "volatile",
-        Some(Durability::TransientLocal) => "transient local",
-        Some(Durability::Transient) => "transient",
-        Some(Durability::Persistent) => "persistent",
-    }
-    .to_owned()
-}
-
 #[cfg(test)]
 mod tests {
+    use rustdds::policy::{Deadline, Liveliness};
+    use rustdds::{Duration, QosPolicyBuilder};
+
     use super::*;
     use crate::Qos;
 
@@ -162,7 +148,7 @@ mod tests {
         for part in [
             "a publisher there, node /driver",
             "reliability is offered as best effort and requested as reliable",
-            "set the publisher's reliability to reliable, or the subscriber's to best effort",
+            "set the publisher's reliability to reliable",
         ] {
             assert!(text.contains(part), "{text}");
         }
@@ -170,6 +156,35 @@ mod tests {
         assert!(
             text.contains("durability is offered as volatile and requested as transient local")
         );
+    }
+
+    /// Regression: a deadline was offered as less and requested as more, and the publisher's, which is the node's, was to be set to
+    /// more.
+    #[test]
+    fn each_policy_is_named_with_both_values_and_what_the_peer_can_set() {
+        let end = End { role: Role::Publisher, ..END };
+        let offered = QosPolicyBuilder::new().reliable(Duration::from_secs(1));
+        let text = |requested: QosPolicyBuilder| {
+            end.incompatible("node /viewer", &offered.clone().build(), &requested.build()).text
+        };
+        let requested = offered.clone().deadline(Deadline(Duration::from_millis(100)));
+        let of_deadline = text(requested);
+        for part in [
+            "a subscriber there, node /viewer",
+            "deadline is offered as none and requested as 0.100 s",
+            "set the subscriber's deadline to none",
+        ] {
+            assert!(of_deadline.contains(part), "{of_deadline}");
+        }
+        let lease_duration = Duration::from_secs(2);
+        let of_liveliness =
+            text(offered.clone().liveliness(Liveliness::ManualByTopic { lease_duration }));
+        for part in [
+            "liveliness is offered as automatic without a lease and requested as manual by topic with a lease of 2.000 s",
+            "set the subscriber's liveliness to automatic without a lease",
+        ] {
+            assert!(of_liveliness.contains(part), "{of_liveliness}");
+        }
     }
 
     #[test]
