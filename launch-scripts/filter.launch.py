@@ -11,13 +11,17 @@ parameters are those of `consumer_params`. docs/filter.md says what each needs b
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, EmitEvent, LogInfo, OpaqueFunction
+from launch.events import matches_action
+from launch.events.process import ShutdownProcess
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 
 CONFIG = Path(__file__).resolve().parent.parent / 'config'
 PACKAGE = 'stillmap'
 RESPAWN_DELAY_S = 2.0
+# With this a node ends whose arguments, parameters or settings cannot be used: at another start it would, too.
+EXIT_UNUSABLE = 2
 
 # The inputs: launch argument, topic of the nodes, meaning.
 INPUTS = [
@@ -61,6 +65,16 @@ def package():
     return PACKAGE
 
 
+def stay_down(event, _context):
+    """Lets a node that cannot use what it was given stay down, instead of starting it again."""
+    if event.returncode != EXIT_UNUSABLE:
+        return None
+    return [
+        LogInfo(msg=f'{event.process_name}: it cannot use its arguments, as it says above, and is not started again'),
+        EmitEvent(event=ShutdownProcess(process_matcher=matches_action(event.action))),
+    ]
+
+
 def described_nodes(context):
     """Describes the two nodes and who takes their topics."""
     # An absolute path wins over the folder before it.
@@ -71,7 +85,7 @@ def described_nodes(context):
             package=package(), executable=name, name=name, namespace=LaunchConfiguration('namespace'), output='screen',
             parameters=[str(CONFIG / 'pipeline.yaml'), str(CONFIG / f'{name}.yaml'), rig, *more],
             remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
-            respawn=True, respawn_delay=RESPAWN_DELAY_S)
+            respawn=True, respawn_delay=RESPAWN_DELAY_S, on_exit=stay_down)
         for name, more in [('detection', []), ('segmentation', [fill])]
     ]
     consumer = LaunchConfiguration('consumer').perform(context)

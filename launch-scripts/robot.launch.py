@@ -10,7 +10,9 @@ Built by colcon, the programs are found by their package (`ros2 launch stillmap 
 from pathlib import Path
 
 from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
+from launch.actions import DeclareLaunchArgument, EmitEvent, LogInfo, OpaqueFunction, Shutdown
+from launch.events import matches_action
+from launch.events.process import ShutdownProcess
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -29,8 +31,10 @@ INPUTS = [
     ('rgb_camera_info', 'rgb/camera_info', 'calibration of the colour camera, for the same'),
 ]
 NODES = ['detection', 'segmentation', 'reconstruction']
-# A node that has fallen is started again after so long; one that cannot start says so each time.
+# A node that has fallen is started again after so long.
 RESPAWN_DELAY_S = 2.0
+# With this a node ends whose arguments, parameters or settings cannot be used: at another start it would, too.
+EXIT_UNUSABLE = 2
 # Those that the argument `nodes` may name besides.
 MORE_NODES = ['pose', 'lidar_odometry']
 
@@ -46,6 +50,16 @@ def package():
     except PackageNotFoundError:
         return None
     return PACKAGE
+
+
+def stay_down(event, _context):
+    """Lets a node that cannot use what it was given stay down, instead of starting it again."""
+    if event.returncode != EXIT_UNUSABLE:
+        return None
+    return [
+        LogInfo(msg=f'{event.process_name}: it cannot use its arguments, as it says above, and is not started again'),
+        EmitEvent(event=ShutdownProcess(process_matcher=matches_action(event.action))),
+    ]
 
 
 def described_nodes(context):
@@ -68,7 +82,7 @@ def described_nodes(context):
             remappings=[(topic, LaunchConfiguration(argument)) for argument, topic, _ in INPUTS],
             respawn=respawn, respawn_delay=RESPAWN_DELAY_S,
             # Without one of them the others wait for ever.
-            on_exit=None if respawn else [Shutdown(reason=f'{name} has ended')])
+            on_exit=stay_down if respawn else [Shutdown(reason=f'{name} has ended')])
         for name in names
     ]
 

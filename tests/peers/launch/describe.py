@@ -113,6 +113,25 @@ class ExecuteProcess:
         told["processes"].append([text(part) for part in self.cmd])
 
 
+class LogInfo:
+    def __init__(self, *, msg):
+        pass
+
+
+class ShutdownProcess:
+    def __init__(self, *, process_matcher):
+        self.ends = process_matcher
+
+
+class EmitEvent:
+    def __init__(self, *, event):
+        self.event = event
+
+
+def matches_action(target_action):
+    return lambda action: action is target_action
+
+
 class TimerAction:
     def __init__(self, *, period, actions):
         self.actions = actions
@@ -140,11 +159,19 @@ class Node:
         ros_arguments=None, arguments=None, output="log", on_exit=None, respawn=False, respawn_delay=None,
     ):
         # launch starts a node again and carries out its `on_exit` besides.
-        if respawn and on_exit:
+        if respawn and on_exit and not callable(on_exit):
             raise RuntimeError(f"{name} ends the others and is started again")
-        self.respawn = respawn
+        self.respawn, self.on_exit = respawn, on_exit
         self.executable, self.package, self.name, self.namespace = executable, package, name, namespace
         self.parameters, self.remappings = parameters or [], remappings or []
+
+    def stays_down_after(self, returncode):
+        """Whether `on_exit` ends this node's process, which is waiting to be started again."""
+        if not callable(self.on_exit):
+            return False
+        event = types.SimpleNamespace(action=self, process_name=text(self.name), returncode=returncode)
+        events = [action.event for action in self.on_exit(event, configurations) or () if isinstance(action, EmitEvent)]
+        return any(event.ends(self) for event in events)
 
     def visit(self):
         files, values = [], {}
@@ -162,6 +189,7 @@ class Node:
             "name": text(self.name),
             "namespace": text(self.namespace),
             "respawn": self.respawn,
+            "final_codes": [code for code in range(-15, 132) if self.stays_down_after(code)],
             "files": files,
             "values": values,
             "remappings": [[text(one), text(other)] for one, other in self.remappings],
@@ -176,9 +204,11 @@ class LaunchDescription:
 STAND_IN = {
     "launch": [LaunchDescription],
     "launch.actions": [
-        DeclareLaunchArgument, ExecuteProcess, IncludeLaunchDescription, OpaqueFunction, RegisterEventHandler,
-        SetEnvironmentVariable, Shutdown, TimerAction],
+        DeclareLaunchArgument, EmitEvent, ExecuteProcess, IncludeLaunchDescription, LogInfo, OpaqueFunction,
+        RegisterEventHandler, SetEnvironmentVariable, Shutdown, TimerAction],
     "launch.event_handlers": [OnProcessExit],
+    "launch.events": [matches_action],
+    "launch.events.process": [ShutdownProcess],
     "launch.launch_description_sources": [PythonLaunchDescriptionSource],
     "launch.substitutions": [LaunchConfiguration, PathJoinSubstitution],
     "launch_ros": [],

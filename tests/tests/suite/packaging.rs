@@ -10,13 +10,13 @@ use detection::shell::DetectionParameters;
 use free_domain::FreeDomain;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::parameters::{self, Assignment};
-use node_shell::{Node, RosArguments, Transport};
+use node_shell::{EXIT_UNUSABLE, Node, RosArguments, Transport};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::program::{stillmap, succeed};
 
@@ -114,6 +114,10 @@ fn nodes_exist(file: &str, arguments: &[&str], expected: &[&str]) {
         // A bag is played once: who falls meanwhile has lost a part of it. In XML `respawn` takes no substitution, so that the
         // included file has it for both.
         assert_eq!(node["respawn"], file != "bag.launch.py", "{file}");
+        // Regression: a node with a parameter that it refuses was started again without end. XML has nothing against it.
+        let is_stopped = node["respawn"] == true && file.ends_with(".py");
+        let expected = if is_stopped { json!([EXIT_UNUSABLE]) } else { json!([]) };
+        assert_eq!(node["final_codes"], expected, "{file}");
         let full_name = format!("{}/{name}", namespace.trim_end_matches('/'));
         match name {
             "detection" => takes::<DetectionParameters>(&full_name, node),
