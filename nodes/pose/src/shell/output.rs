@@ -48,7 +48,8 @@ impl Output {
         self.frames.begin(world_from_map);
     }
 
-    /// Publishes a pose of the camera in the tracker's frame; where there is a map in that of the map, too, once the camera was found there.
+    /// Publishes a pose of the camera in the tracker's frame; where there is a map in that of the map, too, once the camera was
+    /// found there.
     pub(super) fn publish(&mut self, pose: &CameraPose, in_map: Option<&InMap>) {
         let odom_from_base = self.smoothing.smoothed(self.frames.odom_from_rig(pose));
         let tie = in_map.and_then(|in_map| in_map.map_from_odom);
