@@ -115,7 +115,13 @@ impl<'a, P: Project> Judge<'a, P> {
         edge_m: f32,
     ) -> [Verdict; LANES] {
         let boxes = self.frame.around_cubes(middles_in_map_m, edge_m);
-        self.projection.extents(&boxes).map(|extent| self.judge_extent(&extent))
+        let mut verdicts = [Verdict::Unseen; LANES];
+        self.projection.for_each_extent(&boxes, |lane, extent| {
+            if let Some(verdict) = verdicts.get_mut(lane) {
+                *verdict = self.judge_extent(&extent);
+            }
+        });
+        verdicts
     }
 
     #[inline]

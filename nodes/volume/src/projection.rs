@@ -74,14 +74,12 @@ pub(crate) trait Project: Copy + Sync {
     /// The part of the image that a box covers.
     fn extent(&self, of: &CameraBox) -> Extent;
 
-    /// The same of several boxes.
-    fn extents(&self, of: &CameraBoxes) -> [Extent; LANES] {
+    /// Calls `take` with each of several boxes' number and the part of the image that it covers.
+    fn for_each_extent(&self, of: &CameraBoxes, mut take: impl FnMut(usize, Extent)) {
         let CameraBoxes { middle_m: [x, y, z], half_m } = *of;
-        let mut extents = [Extent::Outside; LANES];
-        for (((extent, x), y), z) in extents.iter_mut().zip(x).zip(y).zip(z) {
-            *extent = self.extent(&CameraBox { middle_m: [x, y, z], half_m });
+        for (lane, ((x, y), z)) in x.into_iter().zip(y).zip(z).enumerate() {
+            take(lane, self.extent(&CameraBox { middle_m: [x, y, z], half_m }));
         }
-        extents
     }
 
     /// The length that a pixel spans at a depth of 1 m.

@@ -175,26 +175,26 @@ impl Tiles {
         let side = (right - left).min(bottom - top) + 1;
         let level = (side.ilog2() as usize).min(self.least_m.len() - 1);
         let window = 1 << level;
-        let (least_m, most_m) = (&self.least_m[level], &self.most_m[level]);
+        let (least_m, most_m) = (self.least_m[level].as_slice(), self.most_m[level].as_slice());
+        // Windows side by side, and the last one as far as the rectangle goes.
+        let (last_row, last_column) = (bottom + 1 - window, right + 1 - window);
         let mut span = DepthSpan { free_to_m: f32::MAX, known_to_m: 0.0 };
         let mut row = top;
         loop {
-            let row_here = row.min(bottom + 1 - window);
+            let first = row * self.columns;
             let mut column = left;
             loop {
-                let column_here = column.min(right + 1 - window);
-                let index = row_here * self.columns + column_here;
-                span.free_to_m = span.free_to_m.min(least_m[index]);
-                span.known_to_m = span.known_to_m.max(most_m[index]);
-                column += window;
-                if column > right {
+                span.free_to_m = lesser(span.free_to_m, least_m[first + column]);
+                span.known_to_m = greater(span.known_to_m, most_m[first + column]);
+                if column == last_column {
                     break;
                 }
+                column = (column + window).min(last_column);
             }
-            row += window;
-            if row > bottom {
+            if row == last_row {
                 break;
             }
+            row = (row + window).min(last_row);
         }
         span
     }

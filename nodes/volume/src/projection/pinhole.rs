@@ -91,14 +91,13 @@ impl Project for Pinhole {
         Extent::Within(Covered { nearest_m, farthest_m, columns, rows, is_cut })
     }
 
-    fn extents(&self, of: &CameraBoxes) -> [Extent; LANES] {
+    #[inline]
+    fn for_each_extent(&self, of: &CameraBoxes, mut take: impl FnMut(usize, Extent)) {
         let mut bounds = Bounds::default();
         bounds_of(self, of, &mut bounds);
-        let mut extents = [Extent::Outside; LANES];
-        for (lane, extent) in extents.iter_mut().enumerate() {
-            *extent = bounds.extent(lane);
+        for lane in 0..LANES {
+            take(lane, bounds.extent(lane));
         }
-        extents
     }
 
     fn pixel_slope(&self) -> f32 {
