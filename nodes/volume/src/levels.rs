@@ -74,6 +74,9 @@ impl ImageRef<'_> {
     /// The depth half a pixel right of and below a pixel's centre: that of the pixel, on its plane where it has one.
     fn between_m(&self, column: usize, row: usize, noise: &DepthNoise) -> f32 {
         let here_m = self.depth_m(column, row);
+        if here_m <= 0.0 {
+            return here_m;
+        }
         let [left_m, right_m] =
             [column.wrapping_sub(1), column + 1].map(|column| self.depth_m(column, row));
         let [above_m, below_m] =
@@ -252,22 +255,31 @@ fn halve(
             finer.depths_m.get(first..first + finer.width_px).unwrap_or_default()
         };
         let (upper, lower) = (line(2 * row_px), line(2 * row_px + 1));
+        let ((upper, upper_last), (lower, lower_last)) = (upper.as_chunks(), lower.as_chunks());
+        for ((mean_m, upper), lower) in row.iter_mut().zip(upper).zip(lower) {
+            *mean_m = mean_of_one_m(*upper, *lower, noise);
+        }
+        // Of an odd number of columns the last one stands alone.
+        if let (Some(mean_m), [upper], [lower]) = (row.last_mut(), upper_last, lower_last) {
+            *mean_m = mean_of_one_m([*upper; 2], [*lower; 2], noise);
+        }
         let middle_row = ((row_px << level) + to_middle).min(finest.height_px - 1);
-        for (column_px, mean_m) in row.iter_mut().enumerate() {
-            let left = 2 * column_px;
-            let right = (left + 1).min(finer.width_px - 1);
-            let four = [upper[left], upper[right], lower[left], lower[right]];
-            let least = four[0].min(four[1]).min(four[2].min(four[3]));
-            let most = four[0].max(four[1]).max(four[2].max(four[3]));
-            let is_one = least > 0.0 && most - least <= SAME_SURFACE_SIGMAS * noise.sigma_m(least);
-            *mean_m = if is_one {
-                0.25 * ((four[0] + four[1]) + (four[2] + four[3]))
-            } else {
-                let middle_column = ((column_px << level) + to_middle).min(finest.width_px - 1);
-                finest.between_m(middle_column, middle_row, noise)
-            };
+        for (column_px, mean_m) in row.iter_mut().enumerate().filter(|(_, mean_m)| mean_m.is_nan())
+        {
+            let middle_column = ((column_px << level) + to_middle).min(finest.width_px - 1);
+            *mean_m = finest.between_m(middle_column, middle_row, noise);
         }
     }
+}
+
+/// The mean of a square of pixels, the upper two and the lower two, if they show one surface; otherwise NaN.
+#[inline(always)]
+fn mean_of_one_m(upper_m: [f32; 2], lower_m: [f32; 2], noise: &DepthNoise) -> f32 {
+    let ([a, b], [c, d]) = (upper_m, lower_m);
+    let least = a.min(b).min(c.min(d));
+    let most = a.max(b).max(c.max(d));
+    let is_one = (least > 0.0) & (most - least <= SAME_SURFACE_SIGMAS * noise.sigma_m(least));
+    if is_one { 0.25 * ((a + b) + (c + d)) } else { f32::NAN }
 }
 
 #[cfg(test)]

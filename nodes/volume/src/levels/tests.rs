@@ -1,3 +1,5 @@
+use proptest::prelude::*;
+
 use super::*;
 
 fn levels(depths_m: &[f32]) -> Levels {
@@ -74,5 +76,41 @@ fn pixels_at_an_edge_or_beside_none_have_no_slope() {
         assert!(by_column_m.abs() < 1e-4, "{pixel}: {seen:?}");
         let by_row = if (1..9).contains(&column) { 0.01 } else { 0.0 };
         assert!((by_row_m - by_row).abs() < 1e-4, "{pixel}: {seen:?}");
+    }
+}
+
+proptest! {
+    /// Pixel by pixel, in the words of [`halve`].
+    #[test]
+    fn halving_several_pixels_at_once_is_the_same_as_one_by_one(
+        (width_px, height_px, finest_m) in (1..23_usize, 1..9_usize).prop_flat_map(|(width, height)| {
+            let depth_m = prop_oneof![4 => 1.995..2.005_f32, 1 => 3.0..3.1_f32, 1 => -2.0..0.0_f32, 1 => Just(0.0)];
+            (Just(width), Just(height), prop::collection::vec(depth_m, width * height))
+        }),
+    ) {
+        let noise = DepthNoise::default();
+        let finest = ImageRef { width_px, height_px, depths_m: &finest_m };
+        let mut coarser = Image {
+            width_px: width_px.div_ceil(2),
+            height_px: height_px.div_ceil(2),
+            depths_m: vec![0.0; width_px.div_ceil(2) * height_px.div_ceil(2)],
+        };
+        halve(finest, finest, 1, &noise, &mut coarser);
+        for (pixel, mean_m) in coarser.depths_m.iter().enumerate() {
+            let (column, row) = (2 * (pixel % coarser.width_px), 2 * (pixel / coarser.width_px));
+            let at = |right: usize, down: usize| {
+                finest.depth_m((column + right).min(width_px - 1), (row + down).min(height_px - 1))
+            };
+            let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+            let least = four.into_iter().fold(f32::MAX, f32::min);
+            let most = four.into_iter().fold(f32::MIN, f32::max);
+            let is_one = least > 0.0 && most - least <= SAME_SURFACE_SIGMAS * noise.sigma_m(least);
+            let expected = if is_one {
+                0.25 * ((four[0] + four[1]) + (four[2] + four[3]))
+            } else {
+                finest.between_m(column, row, &noise)
+            };
+            prop_assert_eq!(mean_m.to_bits(), expected.to_bits());
+        }
     }
 }
