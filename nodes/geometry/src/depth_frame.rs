@@ -16,7 +16,7 @@ use crate::depth::FARTHEST_MM;
 use crate::depth_projection::for_each_voxel;
 use crate::{
     CameraModel, CameraModelError, ColourSizeError, DepthCameraError, DepthImage, DepthPixels,
-    NO_COLOUR, PixelArea, RayTable, VoxelGrid, VoxelKey,
+    NO_COLOUR, PixelArea, RayTable, VoxelBox, VoxelGrid, VoxelKey,
 };
 pub use cloud_camera::CloudCamera;
 use computed::Computed;
@@ -160,16 +160,16 @@ impl DepthFrame {
         self.computed.share(computed);
     }
 
-    /// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the
+    /// Calls `take` for each pixel of an area whose voxel is in a box, in the order of the pixels: with its index in the image and the
     /// voxel of the rig that [`ProjectableDepth::reduce`](crate::ProjectableDepth::reduce) with this grid puts its point into.
     pub fn for_each_voxel(
         &self,
         rig_from_camera: &Isometry3<f64>,
         area: PixelArea,
-        grid: &VoxelGrid,
+        grid_and_box: (&VoxelGrid, &VoxelBox),
         take: impl FnMut(usize, VoxelKey),
     ) {
-        for_each_voxel((&self.image, &self.rays), rig_from_camera, area, grid, take);
+        for_each_voxel((&self.image, &self.rays), rig_from_camera, area, grid_and_box, take);
     }
 }
 

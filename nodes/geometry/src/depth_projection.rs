@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 use crate::camera::{RayRow, RayTable};
 use crate::point_block::PointBlock;
 use crate::rigid::RigidTransform;
-use crate::{Cloud, DepthFrame, DepthImage, VoxelAccumulator, VoxelGrid, VoxelKey};
+use crate::{Cloud, DepthFrame, DepthImage, VoxelAccumulator, VoxelBox, VoxelGrid, VoxelKey};
 
 /// Which depths are taken for real, bounds included. Depth is measured along the optical axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -203,19 +203,25 @@ impl ProjectableDepth<'_> {
     }
 }
 
-/// Calls `take` for each pixel of an area that has a depth, in the order of the pixels: with its index in the image and the voxel
-/// that [`ProjectableDepth::reduce`] with this grid puts its point into.
+/// Calls `take` for each pixel of an area whose voxel is in a box, in the order of the pixels: with its index in the image and the
+/// voxel that [`ProjectableDepth::reduce`] with this grid puts its point into.
 pub(crate) fn for_each_voxel(
     image_and_rays: (&DepthImage, &RayTable),
     target_from_camera: &Isometry3<f64>,
     area: PixelArea,
-    grid: &VoxelGrid,
+    (grid, within): (&VoxelGrid, &VoxelBox),
     mut take: impl FnMut(usize, VoxelKey),
 ) {
     let (limits, transform) = (DepthLimits::default(), RigidTransform::new(target_from_camera));
     for_each_block(image_and_rays, &transform, limits, area, |first, block| {
-        let (keys, finite) = (block.keys(grid.edge_m()), block.finite_places());
-        for place in (0..block.len.min(PointBlock::CAPACITY)).filter(|place| finite[*place]) {
+        let keys = block.keys(grid.edge_m());
+        let are_within = keys.are_within(within);
+        if !are_within.contains(&true) {
+            return;
+        }
+        let finite = block.finite_places();
+        let places = 0..block.len.min(PointBlock::CAPACITY);
+        for place in places.filter(|place| are_within[*place] && finite[*place]) {
             take(first + place, keys.at(place));
         }
     });

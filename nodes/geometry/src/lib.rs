@@ -104,6 +104,6 @@ pub use stamp::Stamp;
 pub use track::{CycleTracks, Track};
 pub use triangle_mesh::{MeshEdges, MeshPiece, MeshUpdate, TriangleMesh};
 pub use voxel::{
-    BuildVoxelHasher, VoxelAccumulator, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
+    BuildVoxelHasher, VoxelAccumulator, VoxelBox, VoxelEdgeError, VoxelGrid, VoxelHasher, VoxelKey,
 };
 pub use zone::{DynamicZone, ReturnSpan, ZoneSource, azimuth_rad};

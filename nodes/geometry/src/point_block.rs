@@ -3,7 +3,7 @@
 use multiversion::multiversion;
 use nalgebra::Point3;
 
-use crate::VoxelKey;
+use crate::{VoxelBox, VoxelKey};
 
 /// Up to [`PointBlock::CAPACITY`] points. A point with a coordinate that is not finite is a hole: it
 /// keeps its place in the block and counts for nothing.
@@ -86,6 +86,23 @@ impl BlockKeys {
     #[inline]
     pub(crate) fn at(&self, place: usize) -> VoxelKey {
         VoxelKey { x: self.x[place], y: self.y[place], z: self.z[place] }
+    }
+
+    /// Which cells are within a box.
+    pub(crate) fn are_within(&self, within: &VoxelBox) -> [bool; PointBlock::CAPACITY] {
+        let VoxelBox { least, most } = *within;
+        let mut are_within = [false; PointBlock::CAPACITY];
+        let places = are_within.iter_mut().zip(&self.x).zip(&self.y).zip(&self.z);
+        for (((is_within, x), y), z) in places {
+            // Not short-circuiting: the compiler tests several at once.
+            *is_within = (*x >= least.x)
+                & (*x <= most.x)
+                & (*y >= least.y)
+                & (*y <= most.y)
+                & (*z >= least.z)
+                & (*z <= most.z);
+        }
+        are_within
     }
 
     /// The number that the lowest `BITS` of each of a cell's coordinates make: another one for each cell of a cube of

@@ -38,6 +38,29 @@ impl VoxelKey {
     }
 }
 
+/// The voxels between two, along each axis.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct VoxelBox {
+    /// The least along each axis.
+    pub least: VoxelKey,
+    /// The greatest along each axis.
+    pub most: VoxelKey,
+}
+
+impl VoxelBox {
+    /// The smallest box with these voxels; `None` without any.
+    #[must_use]
+    pub fn around<'a>(keys: impl IntoIterator<Item = &'a VoxelKey>) -> Option<Self> {
+        let mut keys = keys.into_iter();
+        let first = *keys.next()?;
+        let alone = Self { least: first, most: first };
+        Some(keys.fold(alone, |Self { least, most }, key| Self {
+            least: VoxelKey { x: least.x.min(key.x), y: least.y.min(key.y), z: least.z.min(key.z) },
+            most: VoxelKey { x: most.x.max(key.x), y: most.y.max(key.y), z: most.z.max(key.z) },
+        }))
+    }
+}
+
 /// The edge of a voxel is not a positive number.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[error("the edge of a voxel must be a positive number of metres, not {edge_m}")]
@@ -84,8 +107,7 @@ impl VoxelGrid {
     /// that cell. A point beyond the reach of 32 bits is put into the outermost cells.
     #[must_use]
     pub fn key<T: Scalar + Copy + Into<f64>>(&self, point: &Point3<T>) -> VoxelKey {
-        // The float-to-int cast saturates, and takes NaN to 0.
-        let cell = |value: T| (value.into() / self.edge_m).floor() as i32;
+        let cell = |value: T| whole_below(value.into() / self.edge_m);
         VoxelKey { x: cell(point.x), y: cell(point.y), z: cell(point.z) }
     }
 
@@ -102,4 +124,12 @@ impl VoxelGrid {
         accumulator.push_all(points_m);
         accumulator.finish()
     }
+}
+
+/// `value.floor() as i32`, without the call that `floor` is where the processor may be older than its instruction.
+#[inline]
+fn whole_below(value: f64) -> i32 {
+    // The cast saturates, and takes NaN to 0.
+    let truncated = value as i32;
+    truncated.saturating_sub(i32::from(f64::from(truncated) > value))
 }

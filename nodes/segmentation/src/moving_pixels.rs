@@ -16,7 +16,7 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use geometry::{
-    BuildVoxelHasher, CameraModel, DepthFrame, PixelArea, RayTable, VoxelGrid, VoxelKey,
+    BuildVoxelHasher, CameraModel, DepthFrame, PixelArea, RayTable, VoxelBox, VoxelGrid, VoxelKey,
 };
 use nalgebra::{Isometry3, Point3};
 use volume::DepthNoise;
@@ -63,9 +63,10 @@ impl MovingPixels {
         let voxels: HashSet<VoxelKey, BuildVoxelHasher> =
             moving.clone().map(|point| grid.key(point)).collect();
         frame.rays().share_with(&mut self.last_rays);
+        let Some(around) = VoxelBox::around(&voxels) else { return is_moving };
         let area = area_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
         let mut last = None;
-        frame.for_each_voxel(rig_from_camera, area, &grid, |pixel, voxel| {
+        frame.for_each_voxel(rig_from_camera, area, (&grid, &around), |pixel, voxel| {
             let is_of_object = match last {
                 Some((last, is_of_object)) if last == voxel => is_of_object,
                 _ => voxels.contains(&voxel),

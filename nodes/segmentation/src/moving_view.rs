@@ -15,7 +15,7 @@ mod tests;
 use std::collections::HashMap;
 use std::ops::Range;
 
-use geometry::{BuildVoxelHasher, DepthFrame, RayTable, Stamp, VoxelGrid, VoxelKey};
+use geometry::{BuildVoxelHasher, DepthFrame, RayTable, Stamp, VoxelBox, VoxelGrid, VoxelKey};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::moving_pixels::{MARGIN_PX, Reach, area_of, pixels_beside};
@@ -76,7 +76,8 @@ impl MovingView {
         let points = moving.iter().map(|(point, _)| point);
         let area = area_of(frame.camera(), rig_from_camera, points, grid.edge_m());
         let depths_mm = frame.depths_mm();
-        frame.for_each_voxel(rig_from_camera, area, grid, |pixel, voxel| {
+        let Some(around) = VoxelBox::around(voxels.keys()) else { return nothing };
+        frame.for_each_voxel(rig_from_camera, area, (grid, &around), |pixel, voxel| {
             let depth_mm = depths_mm.get(pixel).copied().unwrap_or(0);
             if let Some(velocity) = voxels.get(&voxel)
                 && is_moving.get(pixel) == Some(&true)

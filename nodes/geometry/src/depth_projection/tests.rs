@@ -165,3 +165,40 @@ fn the_rays_of_a_camera_are_shared() {
     assert_ne!(pixels(&other), pixels(&of_messages[0]));
     assert_eq!(last, Some(other));
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn the_pixels_in_a_box_are_those_whose_voxels_are_in_it(
+        pixels in any_pixels(),
+        least in prop::array::uniform3(-30..30_i32),
+        cells in prop::array::uniform3(0..30_i32),
+    ) {
+        let (image, grid) = (image(pixels), VoxelGrid::new(0.08).unwrap());
+        let rays = RayTable::new(&cameras()[0]).unwrap();
+        let key = |[x, y, z]: [i32; 3]| VoxelKey { x, y, z };
+        let most = [0, 1, 2].map(|axis: usize| least[axis] + cells[axis]);
+        let pixels_in = |least: [i32; 3], most: [i32; 3]| {
+            let mut taken = Vec::new();
+            let within = VoxelBox { least: key(least), most: key(most) };
+            let area = PixelArea::whole(WIDTH_PX, HEIGHT_PX);
+            let (camera, rig_from_camera) = ((&*image, &rays), Isometry3::identity());
+            for_each_voxel(camera, &rig_from_camera, area, (&grid, &within), |pixel, voxel| {
+                taken.push((pixel, voxel));
+            });
+            taken
+        };
+        let mut expected = pixels_in([i32::MIN; 3], [i32::MAX; 3]);
+        let voxels: Vec<VoxelKey> = expected.iter().map(|(_, voxel)| *voxel).collect();
+        let around = VoxelBox::around(&voxels);
+        if let Some(VoxelBox { least, most }) = around {
+            let corners = [least, most].map(|corner| [corner.x, corner.y, corner.z]);
+            prop_assert_eq!(&pixels_in(corners[0], corners[1]), &expected);
+        }
+        expected.retain(|(_, voxel)| {
+            let along = [voxel.x, voxel.y, voxel.z];
+            (0..3).all(|axis| (least[axis]..=most[axis]).contains(&along[axis]))
+        });
+        prop_assert_eq!(pixels_in(least, most), expected);
+    }
+}

@@ -1,6 +1,6 @@
 //! The order of cells.
 
-use super::VoxelKey;
+use super::{VoxelBox, VoxelKey};
 
 /// The place of each key in the ascending order of all of them. No two keys may be equal.
 pub(super) fn ranks(keys: &[VoxelKey]) -> Vec<u32> {
@@ -22,11 +22,7 @@ struct KeyBox {
 impl KeyBox {
     /// `None` around nothing, or where the box has more cells than 64 bits can count.
     fn around(keys: &[VoxelKey]) -> Option<Self> {
-        let (mut min, mut max) = (*keys.first()?, *keys.first()?);
-        for key in keys {
-            min = VoxelKey { x: min.x.min(key.x), y: min.y.min(key.y), z: min.z.min(key.z) };
-            max = VoxelKey { x: max.x.max(key.x), y: max.y.max(key.y), z: max.z.max(key.z) };
-        }
+        let VoxelBox { least: min, most: max } = VoxelBox::around(keys)?;
         let cells = |min: i32, max: i32| u64::from(max.abs_diff(min)) + 1;
         let (y_cells, z_cells) = (cells(min.y, max.y), cells(min.z, max.z));
         let all_cells = cells(min.x, max.x).checked_mul(y_cells)?.checked_mul(z_cells)?;

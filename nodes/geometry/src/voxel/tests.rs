@@ -170,3 +170,12 @@ fn a_voxel_has_26_neighbours_and_none_beyond_the_outermost() {
     at_the_corner.dedup();
     assert_eq!(at_the_corner.len(), 8);
 }
+
+proptest! {
+    #[test]
+    fn the_cell_of_a_quotient_is_its_floor(
+        value in prop_oneof![any::<f64>(), -3e9..3e9_f64, (-9..9).prop_map(f64::from)],
+    ) {
+        prop_assert_eq!(whole_below(value), value.floor() as i32);
+    }
+}
