@@ -37,7 +37,7 @@ geometry::parameters! {
     pub struct DetectionConfig {
         /// What detection shares with the other nodes of the pipeline.
         pipeline: PipelineConfig as flatten;
-        /// Width of the forward aperture whose beams are used: 90 degrees.
+        /// Width of the forward aperture whose beams are used: 90 degrees. With `free_space`, all are where the camera looks beside it.
         // Rec-HV 3.2.1: of the 360 degrees only 90 are analysed.
         aperture_rad: f64 = FRAC_PI_2, above_to(0.0, TAU);
         /// Scans in the moving window.

@@ -5,6 +5,7 @@ mod finder;
 mod found;
 mod surround;
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::config::DetectionConfig;
@@ -12,11 +13,17 @@ pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, Vie
 use finder::Finder;
 use geometry::{
     Cloud, CloudCamera, CycleSetup, DepthFrame, DepthLimits, DepthProjector, DetectedCycle,
-    MapPath, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts, Scan,
-    ScanError, UnusablePose, VoxelAccumulator, check_pose, pose_vector,
+    MapPath, Method, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts,
+    Scan, ScanError, UnusablePose, VoxelAccumulator, check_pose, pose_vector,
 };
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 use surround::{ScanBeams, Surround};
+
+/// A camera whose optical axis is nearer to the vertical than this, in its sine, looks in no direction of the plane.
+const LEAST_ASIDE: f64 = 0.1;
+/// An optical axis farther from the rig's x axis than this share of the aperture looks beside it: then a part of the Kinect's view, of 57
+/// degrees, is not in the default aperture of 90.
+const MOST_ASIDE_OF_APERTURE: f64 = 0.25;
 
 /// Finds the dynamic zones of each cycle and reduces its cloud (Rec-HV 3.3.2).
 #[derive(Clone, Debug)]
@@ -40,7 +47,7 @@ impl Detector {
         config.validate()?;
         let setup = config.pipeline.setup();
         let grid = config.pipeline.voxel_grid()?;
-        Ok(Self {
+        let mut detector = Self {
             setup,
             surround: None,
             finder: Finder::new(&config),
@@ -48,7 +55,20 @@ impl Detector {
             cloud_camera: CloudCamera::default(),
             next_index: 0,
             config,
-        })
+        };
+        detector.finder.set_aperture(detector.aperture_rad());
+        Ok(detector)
+    }
+
+    /// The aperture that is used: the configuration's, or for the method `free_space` all directions where the camera looks beside it.
+    fn aperture_rad(&self) -> f64 {
+        let aperture_rad = self.config.aperture_rad;
+        let ahead = self.setup.mounts.rig_from_camera * Vector3::z();
+        let azimuth_rad = ahead.y.atan2(ahead.x);
+        let looks_beside = ahead.xy().norm() > LEAST_ASIDE
+            && azimuth_rad.abs() > MOST_ASIDE_OF_APERTURE * aperture_rad;
+        let is_free_space = self.config.pipeline.method == Method::FreeSpace;
+        if is_free_space && looks_beside { TAU } else { aperture_rad }
     }
 
     /// The projector from the depth images of a camera to the rig frame. The rays of its pixels go with its cycles: make one for
@@ -157,6 +177,11 @@ impl Detector {
         };
         rig.validate()?;
         self.setup.mounts = *mounts;
+        let aperture_rad = self.aperture_rad();
+        self.finder.set_aperture(aperture_rad);
+        if let Some(surround) = &mut self.surround {
+            surround.set_aperture(aperture_rad);
+        }
         Ok(())
     }
 
@@ -190,7 +215,7 @@ impl Detector {
             Some(surround) => surround.has_angles_of(scan),
             None => false,
         };
-        let surround = Surround::new(scan, rig_from_lidar, self.config.aperture_rad)?;
+        let surround = Surround::new(scan, rig_from_lidar, self.aperture_rad())?;
         let beams = surround.crop(scan);
         let is_first = self.surround.replace(surround).is_none();
         if !is_same_scan {

@@ -146,6 +146,11 @@ impl MotionFinder {
         }
     }
 
+    /// Bounds the zones by another aperture than the configuration's.
+    pub fn set_aperture(&mut self, aperture_rad: f64) {
+        self.zone_maker.set_aperture(aperture_rad);
+    }
+
     /// Forgets the evidence, the scans and the zones.
     pub fn clear(&mut self) {
         self.motion.clear();

@@ -43,6 +43,15 @@ impl Finder {
         }
     }
 
+    /// Bounds zones by another aperture than before.
+    pub(super) fn set_aperture(&mut self, aperture_rad: f64) {
+        match self {
+            // As published, it has one aperture.
+            Self::RecHv(_) => {}
+            Self::FreeSpace(finder) => finder.set_aperture(aperture_rad),
+        }
+    }
+
     /// The scan's geometry is another than before.
     pub(super) fn clear_window(&mut self) {
         match self {

@@ -44,6 +44,11 @@ impl Surround {
         Ok(Self { rig_from_lidar: *rig_from_lidar, whole, within })
     }
 
+    /// Takes another aperture than before.
+    pub(super) fn set_aperture(&mut self, aperture_rad: f64) {
+        self.within = self.whole.places_within(aperture_rad);
+    }
+
     /// Whether `scan`, of a scanner with this mount, has the beams of this surround.
     pub(super) fn fits(&self, scan: &Scan, rig_from_lidar: &Isometry3<f64>) -> bool {
         self.has_angles_of(scan) && is_same_mount(&self.rig_from_lidar, rig_from_lidar)

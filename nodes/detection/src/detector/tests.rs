@@ -110,6 +110,62 @@ fn the_zone_goes_with_the_object() {
     }
 }
 
+/// The mounts of a detector, turned about the rig's z axis.
+fn turned(mounts: &RigMounts, aside_deg: f64) -> RigMounts {
+    let turn = Isometry3::rotation(aside_deg.to_radians() * Vector3::z());
+    RigMounts {
+        rig_from_camera: turn * mounts.rig_from_camera,
+        rig_from_lidar: turn * mounts.rig_from_lidar,
+    }
+}
+
+/// Regression: what moved before a camera that looks aside or back had no zone.
+#[test]
+fn a_camera_that_looks_beside_the_aperture_has_zones_all_around() {
+    let config = DetectionConfig::default();
+    let ahead = *Detector::new(config.clone()).unwrap().mounts();
+    for (aside_deg, beams) in [(20.0, 90), (60.0, 360), (-100.0, 360), (180.0, 360)] {
+        let mounts = turned(&ahead, aside_deg);
+        let mut by_parameters = config.clone();
+        by_parameters.pipeline.rig.rig_from_camera = pose_vector(&mounts.rig_from_camera);
+        by_parameters.pipeline.rig.rig_from_lidar = pose_vector(&mounts.rig_from_lidar);
+        let mut mounted = Detector::new(config.clone()).unwrap();
+        step(&mut mounted, &scan(None));
+        mounted.mount(&mounts).unwrap();
+        for mut detector in [Detector::new(by_parameters).unwrap(), mounted] {
+            let (mut detected, mut object) = (None, None);
+            for cycle in 0..20_u32 {
+                object = cycle.checked_sub(10).map(object_at);
+                let mut scan = scan(object);
+                scan.stamp = Stamp::from_nanos(i64::from(cycle) * 143_000_000);
+                let cloud = Cloud { stamp: scan.stamp, ..cloud(vec![]) };
+                let view = View::PointsInCamera(&cloud);
+                detected = Some(step_with(&mut detector, &scan, view).unwrap());
+            }
+            let (detected, (right_deg, left_deg)) = (detected.unwrap(), object.unwrap());
+            assert_eq!(detected.statistics.beams, beams, "{aside_deg}");
+            let [zone] = detected.cycle.zones[..] else { panic!("{:?}", detected.cycle.zones) };
+            let middle_rad = (aside_deg + 0.5 * (right_deg + left_deg)).to_radians();
+            let middle_rad = if middle_rad > PI { middle_rad - TAU } else { middle_rad };
+            assert!(zone.contains_azimuth(middle_rad), "{aside_deg}: {zone:?}");
+        }
+    }
+}
+
+/// A joint moves it there and back: the window of scans goes on.
+#[test]
+fn a_camera_that_turns_aside_keeps_what_was_seen() {
+    let mut detector = Detector::new(DetectionConfig::default()).unwrap();
+    let ahead = *detector.mounts();
+    for aside_deg in [0.0, 20.0, 30.0, 20.0, 30.0] {
+        let camera = turned(&ahead, aside_deg).rig_from_camera;
+        detector.follow_mounts(&RigMounts { rig_from_camera: camera, ..ahead }).unwrap();
+        let statistics = step(&mut detector, &scan(None)).statistics;
+        assert_eq!(statistics.beams, if aside_deg > 25.0 { 360 } else { 90 });
+        assert!(!statistics.window_restarted);
+    }
+}
+
 #[test]
 fn a_still_scene_has_no_zone() {
     let mut detector = detector();

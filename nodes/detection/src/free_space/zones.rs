@@ -121,6 +121,10 @@ impl ZoneMaker {
         }
     }
 
+    pub(super) fn set_aperture(&mut self, aperture_rad: f64) {
+        self.half_aperture_rad = 0.5 * aperture_rad;
+    }
+
     /// The zones of a cycle by azimuth: one for each run, or for the two of an object across the rear, with the largest deviation of its beams, and those of objects
     /// that are not visible. On a moving platform a zone is held for no more cycles than it was measured in: an object
     /// that appears only briefly was most likely a false detection.

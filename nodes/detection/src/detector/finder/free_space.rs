@@ -55,6 +55,10 @@ impl FreeSpaceFinder {
         Found::by_free_space(search, map_from_continuous)
     }
 
+    pub(super) fn set_aperture(&mut self, aperture_rad: f64) {
+        self.motion.set_aperture(aperture_rad);
+    }
+
     /// The scan's geometry is another than before.
     pub(super) fn clear_window(&mut self) {
         self.motion.clear_window();
