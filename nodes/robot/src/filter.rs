@@ -27,7 +27,7 @@ use crate::run::colour_topics::ColourTopics;
 use crate::run::inputs::{Inputs, TopicArgs, ViewTopics};
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
 use crate::run::pipeline::Pipeline;
-use crate::run::{are_many, choose_inputs, local};
+use crate::run::{are_many, choose_inputs, local, no_map, of_sensors};
 
 /// Beyond detection's wait, in which a scan becomes a cycle or is dropped.
 const SPARE_WAIT_S: f64 = 0.5;
@@ -114,17 +114,16 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
     }
     let finished = job.finish(&args.bag)?;
     progress.finish();
-    let mut lost: Vec<String> =
-        messages.losses().iter().map(|loss| format!("lost: {loss}")).collect();
+    let mut lost: Vec<Failure> =
+        messages.losses().iter().map(|loss| Failure::new(format!("lost: {loss}"))).collect();
     lost.extend(messages.skipped().iter().map(|(topic, skipped)| {
         let (messages, encoding) = (skipped.messages, &skipped.encoding);
-        format!("{topic}: {messages} messages are left out: they are encoded as {encoding}, and only cdr (ROS 2) is read")
+        Failure::new(format!("{topic}: {messages} messages are left out: they are encoded as {encoding}, and only cdr (ROS 2) is read"))
     }));
-    lost.extend(finished.unfiltered);
-    lost.extend(left_in(&finished.printed, &inputs));
-    for line in &lost {
-        console::print_failure(&Failure::new(line.clone()));
-    }
+    lost.extend(finished.unfiltered.into_iter().map(Failure::new));
+    lost.extend(left_in(&finished.printed, &inputs).into_iter().map(Failure::new));
+    lost.extend(finished.findings);
+    lost.iter().for_each(console::print_failure);
     let mut printed = finished.printed;
     printed.not_filtered = others(&info, &inputs);
     print(&printed, args.json)?;
@@ -162,6 +161,8 @@ struct Job<'a> {
 struct Finished {
     printed: Printed,
     unfiltered: Vec<String>,
+    /// What is doubtful of the readings that it was filtered by.
+    findings: Vec<Failure>,
 }
 
 impl<'a> Job<'a> {
@@ -285,10 +286,13 @@ impl<'a> Job<'a> {
         }
         self.write()?;
         let [scans, views, colours] = self.queue.replaced();
+        let doubtful = self.pipeline.doubtful();
         let record = self.pipeline.finish(&bag.to_string_lossy());
         if let Some(failure) = crate::run::no_cycle(&record) {
             return Err(failure);
         }
+        let mut findings = of_sensors(doubtful, &record, self.inputs);
+        findings.extend(no_map(&record));
         let of_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
         let scans_without_cycle = of_detection.map(|drop| drop.count).sum();
         let summary = self.copy.finish().map_err(failed)?;
@@ -302,7 +306,7 @@ impl<'a> Job<'a> {
             colours,
             not_filtered: Vec::new(),
         };
-        Ok(Finished { printed, unfiltered })
+        Ok(Finished { printed, unfiltered, findings })
     }
 }
 

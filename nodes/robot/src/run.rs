@@ -39,7 +39,7 @@ use self::chosen::Chosen;
 pub(crate) use self::chosen::{SensorFrames, choose_inputs};
 use self::drawings::{DrawingArgs, Drawings};
 use self::findings::InputLosses;
-pub(crate) use self::findings::{SOUND_SHARE, are_many, no_cycle};
+pub(crate) use self::findings::{SOUND_SHARE, are_many, no_cycle, no_map, of_sensors};
 use self::inputs::{Inputs, TopicArgs};
 use self::local::LocalRun;
 use self::output::OutputFolder;
@@ -376,7 +376,7 @@ fn run_locally(
     let LocalRun { record, poses, grid, mesh, is_interrupted, .. } = run;
     let losses = InputLosses {
         bag: run.losses,
-        blind_scans: run.blind_scans,
+        doubtful: run.doubtful,
         lost: Vec::new(),
         bounds_reached: run.bounds_reached,
     };
@@ -395,7 +395,7 @@ fn run_over_dds(
     progress.finish();
     let losses = InputLosses {
         bag: info.losses.clone(),
-        blind_scans: run.blind_scans,
+        doubtful: run.doubtful,
         lost: run.lost,
         bounds_reached: run.bounds_reached,
     };

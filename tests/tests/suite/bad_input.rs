@@ -166,6 +166,8 @@ fn clouds_without_a_point() {
         topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
     });
     refused(&bag, &["/points", "no point"]);
+    // Regression: `filter` said nothing of it, and ended with 0.
+    assert_filter_says(&bag, &["clouds on /points have no point", "the map has no point"]);
 }
 
 #[test]
@@ -186,6 +188,19 @@ fn scans_without_a_return_still_map_what_the_camera_sees() {
     assert_eq!(summary["cycles"]["total"], 10);
     assert_eq!(summary["cycles"]["detections"], 0);
     assert!(summary["map"]["points"].as_u64().unwrap() > 5);
+    // Regression: `filter` said nothing of it, and ended with 0.
+    assert_filter_says(&bag, &["10 of 10 scans on /scan have too few returns"]);
+}
+
+/// `filter` ends with 3, and says all of `wanted`.
+fn assert_filter_says(bag: &Path, wanted: &[&str]) {
+    let filtered = bag.with_extension("static.mcap");
+    let output = stillmap(["filter", bag.to_str().unwrap(), "-o", filtered.to_str().unwrap()]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{stderr}");
+    for wanted in wanted {
+        assert!(stderr.contains(wanted), "'{wanted}' is not in: {stderr}");
+    }
 }
 
 /// Regression: a run said nothing of clouds that it could not use nor of a third of the scans that it dropped, and ended with 0; each

@@ -28,6 +28,7 @@ use frames::Frames;
 pub(super) use image::ImageFacts;
 use imu::ImuFacts;
 use pose::PoseFacts;
+pub(crate) use scan::FARTHEST_M;
 use scan::ScanFacts;
 pub(super) use transforms::TransformFacts;
 pub(super) use typical::Typical;

@@ -181,7 +181,7 @@ impl CycleRun {
         let inputs = passage.inputs().clone();
         let losses = InputLosses {
             bag: passage.losses().to_vec(),
-            blind_scans: passage.pipeline.blind_scans(),
+            doubtful: passage.pipeline.doubtful(),
             lost: Vec::new(),
             bounds_reached: passage.pipeline.bounds_reached(),
         };

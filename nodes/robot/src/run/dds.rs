@@ -20,7 +20,7 @@ use self::feed::Feed;
 use self::pacing::Pacing;
 use self::player::Sent;
 use super::collector::{CollectedState, Collector};
-use super::findings::LostMessages;
+use super::findings::{DoubtfulInput, LostMessages};
 use super::inputs::{Inputs, TF, TF_STATIC};
 use super::parameters::PipelineParameters;
 use super::pose_topics::PoseSource;
@@ -47,8 +47,7 @@ const POLL_PERIOD: Duration = Duration::from_millis(50);
 /// What a run over DDS yields.
 pub(crate) struct DdsRun {
     pub(crate) record: RunRecord,
-    /// Scans with too few returns to find motion in.
-    pub(crate) blind_scans: usize,
+    pub(crate) doubtful: DoubtfulInput,
     /// The bounds that have kept something out of the map.
     pub(crate) bounds_reached: Vec<BoundReached>,
     /// Messages that the player sent and that their node did not receive.
@@ -375,9 +374,9 @@ impl Run {
                 OrientedPoints { points_m: cloud.points_m, normals: Vec::new(), colours }
             }
         };
-        let (blind_scans, bounds_reached) = (recorder.blind_scans(), recorder.bounds_reached());
+        let (doubtful, bounds_reached) = (recorder.doubtful(), recorder.bounds_reached());
         let record = recorder.finish(map, name);
-        Ok(DdsRun { record, blind_scans, bounds_reached, lost, poses, failure, is_interrupted })
+        Ok(DdsRun { record, doubtful, bounds_reached, lost, poses, failure, is_interrupted })
     }
 }
 

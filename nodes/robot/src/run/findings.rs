@@ -3,12 +3,14 @@
 use std::fmt;
 
 use bag_player::Loss;
+use geometry::Method;
 use node_shell::RAISE_RECEIVE_BUFFER;
 use reconstruction::BoundReached;
-use report::RunRecord;
+use report::{CycleRecord, RunRecord};
 
 use super::inputs::{Inputs, ViewTopics};
 use super::recorder::UNUSABLE;
+use crate::doctor::FARTHEST_M;
 use crate::failure::Failure;
 
 /// The share of scans that have an image and a pose in a sound recording: the first and the last may not.
@@ -16,16 +18,27 @@ pub(crate) const SOUND_SHARE: f64 = 0.9;
 /// So many may be those of the start and the end, also of a short recording: of half a second, at 10 Hz.
 const AT_THE_ENDS: u64 = 5;
 
+/// A larger share of all points does not move in a whole recording: 0.04 in a flat with three people, 0.18 in a hall full of them.
+const MOST_REMOVED: f64 = 0.25;
+
 /// Input that a run lost or could not use, beside its record.
 pub(crate) struct InputLosses {
     /// Parts of the bag that could not be read.
     pub(crate) bag: Vec<Loss>,
-    /// Scans without enough returns to find motion in.
-    pub(crate) blind_scans: usize,
+    pub(crate) doubtful: DoubtfulInput,
     /// Messages that were sent and not received.
     pub(crate) lost: Vec<LostMessages>,
     /// What did not fit into the map.
     pub(crate) bounds_reached: Vec<BoundReached>,
+}
+
+/// How often the input of a cycle was used and is doubtful.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct DoubtfulInput {
+    /// Scans without enough returns to find motion in.
+    pub(crate) blind_scans: usize,
+    /// Scans whose median range is beyond what any 2D scanner reaches.
+    pub(crate) scans_out_of_reach: usize,
 }
 
 /// Messages of one topic that the player sent and that their node did not receive.
@@ -46,6 +59,12 @@ impl fmt::Display for LostMessages {
 /// Whether more scans became no cycle than in a sound recording.
 pub(crate) fn are_many(dropped: u64, cycles: usize) -> bool {
     dropped > AT_THE_ENDS && dropped as f64 > (1.0 - SOUND_SHARE) * (dropped + cycles as u64) as f64
+}
+
+/// Whether so many of all cycles are more than in a sound recording. All of a short one are.
+fn are_many_of(count: usize, cycles: usize) -> bool {
+    let others = cycles.saturating_sub(count);
+    count > 0 && (others == 0 || are_many(count as u64, others))
 }
 
 /// What the user should know of a run, each with its fix; empty if there is nothing.
@@ -86,20 +105,42 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
         Failure::new(format!("{topic}: {count} messages cannot be used{why}"))
             .fix("`stillmap doctor BAG` says more of them")
     }));
-    if losses.blind_scans > 0 {
-        findings.push(
-            Failure::new(format!(
-                "{} of {cycles} scans on {} have too few returns to find motion in",
-                losses.blind_scans, inputs.scan
-            ))
-            .fix("objects that moved meanwhile are in the map; check the scanner's range_min and range_max, and its mounting"),
-        );
-    }
     for BoundReached { what, fix } in &losses.bounds_reached {
         findings.push(Failure::new(what.clone()).fix(fix.clone()));
     }
+    findings.extend(of_sensors(losses.doubtful, record, inputs));
+    findings
+}
+
+/// What the user should know of the readings that became cycles.
+pub(crate) fn of_sensors(
+    doubtful: DoubtfulInput,
+    record: &RunRecord,
+    inputs: &Inputs,
+) -> Vec<Failure> {
+    let mut findings = Vec::new();
+    let (cycles, scan) = (record.cycles.len(), &inputs.scan);
+    let DoubtfulInput { blind_scans, scans_out_of_reach } = doubtful;
+    if are_many_of(blind_scans, cycles) {
+        findings.push(
+            Failure::new(format!(
+                "{blind_scans} of {cycles} scans on {scan} have too few returns to find motion in"
+            ))
+            .fix("objects that moved meanwhile are not removed; check the scanner's range_min and range_max, and its mounting"),
+        );
+    }
+    if are_many_of(scans_out_of_reach, cycles) {
+        findings.push(
+            Failure::new(format!(
+                "{scans_out_of_reach} scans on {scan} have a median range beyond {FARTHEST_M:.0} m, which no 2D scanner reaches: nothing \
+                 that moves is found in them"
+            ))
+            .fix("LaserScan has metres (REP-103): divide by 1000 in the driver, range_min and range_max too"),
+        );
+    }
+    findings.extend(much_removed(record, inputs));
     let empty = record.cycles.iter().filter(|cycle| cycle.points_in == 0).count();
-    if empty > 0 {
+    if are_many_of(empty, cycles) {
         let topic = match &inputs.view {
             ViewTopics::Depth { image, .. } => image,
             ViewTopics::Points(points) => points,
@@ -112,10 +153,42 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
     findings
 }
 
+/// That more was removed than moves: with poses of something else than the rig most of what stands still seems to move.
+fn much_removed(record: &RunRecord, inputs: &Inputs) -> Option<Failure> {
+    // Rec-HV removes so much from a platform that moves, whose poses are right: 27 % of a flat with three people.
+    if record.method != Method::FreeSpace.name() {
+        return None;
+    }
+    let sum = |count: fn(&CycleRecord) -> usize| record.cycles.iter().map(count).sum::<usize>();
+    let (points, removed) = (sum(|cycle| cycle.counts.reduced), sum(|cycle| cycle.counts.dynamic));
+    if removed as f64 <= MOST_REMOVED * points as f64 {
+        return None;
+    }
+    let share = 100.0 * removed as f64 / points as f64;
+    let pose = inputs.pose.name();
+    Some(
+        Failure::new(format!(
+            "{share:.0} % of all points were removed as moving: unless people fill the view, the poses ({pose}) are not those of the rig"
+        ))
+        .fix(format!(
+            "check that {pose} is the right topic, that its poses are of the rig (x ahead, z up; not of the camera's optical frame) in a fixed \
+             frame, that they are not inverted, and that they follow the motion with the stamps of the images"
+        )),
+    )
+}
+
 /// Why a run has no result, if it has none: no cycle, or no point in its map.
 pub(crate) fn no_result(record: &RunRecord) -> Option<Failure> {
-    no_cycle(record)
-        .or_else(|| record.static_map.is_empty().then(|| Failure::new("the map has no point")))
+    no_cycle(record).or_else(|| no_map(record))
+}
+
+/// That nothing of the view is in the map, if that is so.
+pub(crate) fn no_map(record: &RunRecord) -> Option<Failure> {
+    record.static_map.is_empty().then(|| {
+        Failure::new("the map has no point").fix(
+            "`stillmap doctor BAG` compares depths and ranges with what sensors reach (metres or millimetres), and topics and stamps",
+        )
+    })
 }
 
 /// Why no scan became a cycle, if none did.
@@ -135,21 +208,4 @@ pub(crate) fn no_cycle(record: &RunRecord) -> Option<Failure> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Up to half of a recording could be missing from the map without a word.
-    #[test]
-    fn more_than_a_tenth_without_a_cycle_are_many() {
-        for (dropped, cycles, are) in [
-            (0, 0, false),
-            (5, 3, false),
-            (6, 3, true),
-            (20, 36, true),
-            (10, 100, false),
-            (12, 100, true),
-        ] {
-            assert_eq!(are_many(dropped, cycles), are, "{dropped} {cycles}");
-        }
-    }
-}
+mod tests;

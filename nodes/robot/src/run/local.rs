@@ -10,6 +10,7 @@ use node_shell::{NodeFailure, Publisher};
 use reconstruction::{BoundReached, GridError, GridSource, MeshError};
 use report::RunRecord;
 
+use super::findings::DoubtfulInput;
 use super::inputs::{Inputs, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
@@ -24,7 +25,7 @@ use crate::visual::FeedError;
 pub(crate) struct LocalRun {
     pub(crate) record: RunRecord,
     pub(crate) losses: Vec<Loss>,
-    pub(crate) blind_scans: usize,
+    pub(crate) doubtful: DoubtfulInput,
     /// The bounds that have kept something out of the map.
     pub(crate) bounds_reached: Vec<BoundReached>,
     /// The poses of the visual odometry, where it was asked for.
@@ -122,13 +123,13 @@ pub(crate) fn run(
     let losses = passage.losses().to_vec();
     let mut pipeline = passage.pipeline;
     pipeline.end_of_input();
-    let (blind_scans, bounds_reached) = (pipeline.blind_scans(), pipeline.bounds_reached());
+    let (doubtful, bounds_reached) = (pipeline.doubtful(), pipeline.bounds_reached());
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
     let wants_grid = parameters.reconstruction().grid.grid != GridSource::None;
     let grid = wants_grid.then(|| pipeline.occupancy_grid());
     let mesh = wants_mesh.then(|| pipeline.mesh());
     let record = pipeline.finish(bag_name);
-    Ok(LocalRun { record, losses, blind_scans, bounds_reached, poses, grid, mesh, is_interrupted })
+    Ok(LocalRun { record, losses, doubtful, bounds_reached, poses, grid, mesh, is_interrupted })
 }
 
 /// The pipeline for the inputs of a bag.

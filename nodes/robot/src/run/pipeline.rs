@@ -16,6 +16,7 @@ use segmentation::shell::Stage as Segmentation;
 use pose::shell::PoseParameters;
 
 use super::collector::Collector;
+use super::findings::DoubtfulInput;
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
 use crate::visual::{self, VisualOdometry, VisualTopics};
@@ -139,9 +140,9 @@ impl Pipeline {
         self.reconstruction.mesh()
     }
 
-    /// The number of scans with too few returns to find motion in.
-    pub(crate) fn blind_scans(&self) -> usize {
-        self.recorder.blind_scans()
+    /// How often the input of a cycle is doubtful.
+    pub(crate) fn doubtful(&self) -> DoubtfulInput {
+        self.recorder.doubtful()
     }
 
     /// The bounds that have kept something out of the map.

@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
+use estimation::quantile::upper_median;
 use geometry::{
     Cloud, CycleTracks, DetectedCycle, MapPath, Method, OrientedPoints, PipelineConfig, Scan,
     SegmentationCounts, Stamp,
@@ -18,7 +19,9 @@ use report::{DropCount, RunRecord};
 
 use self::partial_cycle::{DetectedPart, PartialCycle};
 use self::views::Views;
+use super::findings::DoubtfulInput;
 use super::trajectory::{CyclePlace, Trajectory};
+use crate::doctor::FARTHEST_M;
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -74,7 +77,7 @@ pub(crate) struct Recorder {
     drops: BTreeMap<(String, String), u64>,
     /// Messages of a topic that did not come to a node, and why the first did not.
     unusable: BTreeMap<String, (u64, String)>,
-    blind_scans: usize,
+    doubtful: DoubtfulInput,
     map: ReconstructionConfig,
     kept_out: KeptOut,
     unassigned_clouds: VecDeque<Arc<Cloud>>,
@@ -98,7 +101,7 @@ impl Recorder {
             trajectory: Trajectory::default(),
             drops: BTreeMap::new(),
             unusable: BTreeMap::new(),
-            blind_scans: 0,
+            doubtful: DoubtfulInput::default(),
             map: map.clone(),
             kept_out: KeptOut::default(),
             unassigned_clouds: VecDeque::new(),
@@ -129,6 +132,12 @@ impl Recorder {
 
     /// A scan, which may arrive before or after detection's result of its cycle.
     pub(crate) fn scan(&mut self, scan: &Scan) {
+        let beams = 0..scan.ranges_m.len();
+        let mut ranges_m: Vec<f64> =
+            beams.filter_map(|beam| scan.measured_range_m(beam)).map(f64::from).collect();
+        let is_out_of_reach =
+            upper_median(&mut ranges_m).is_some_and(|range_m| range_m > FARTHEST_M);
+        self.doubtful.scans_out_of_reach += usize::from(is_out_of_reach);
         self.views.scan(scan);
     }
 
@@ -183,12 +192,12 @@ impl Recorder {
 
     /// A scan with too few returns to find motion in.
     pub(crate) fn blind_scan(&mut self) {
-        self.blind_scans += 1;
+        self.doubtful.blind_scans += 1;
     }
 
-    /// The number of scans with too few returns to find motion in.
-    pub(crate) fn blind_scans(&self) -> usize {
-        self.blind_scans
+    /// How often the input of a cycle is doubtful.
+    pub(crate) fn doubtful(&self) -> DoubtfulInput {
+        self.doubtful
     }
 
     /// Whether the map lacks parts of a cycle's depth image, and how many points or blocks it had no room for.

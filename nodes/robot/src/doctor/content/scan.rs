@@ -8,7 +8,7 @@ use msgs::sensor_msgs::LaserScan;
 use super::{Check, Finding, Subject, Typical};
 
 /// No 2D scanner of a robot sees this far: the longest reach 80 m (SICK LMS5xx).
-const FARTHEST_M: f64 = 200.0;
+pub(crate) const FARTHEST_M: f64 = 200.0;
 /// No scanner states to reach farther.
 const FARTHEST_STATED_M: f64 = 1000.0;
 /// Scans go round once; beyond this the angles are in degrees.
