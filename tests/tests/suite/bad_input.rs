@@ -310,6 +310,27 @@ fn a_parameter_file_for_no_node() {
     assert!(stderr.contains("misspelt.yaml") && stderr.contains("none of the nodes"), "{stderr}");
 }
 
+/// Regression: the map was torn there, and only `doctor` said so.
+#[test]
+fn poses_that_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = bag_of(folder.path(), "jump.mcap", |topics| {
+        topics.messages("/scan", ten_stamps().map(|stamp| (stamp, scan(stamp, 3.0))));
+        topics.messages("/points", ten_stamps().map(|stamp| (stamp, wall(stamp, 100))));
+        let jumping = |(index, stamp)| {
+            let mut pose = pose(stamp);
+            pose.pose.position.x = if index < 5 { 0.0 } else { 4.0 };
+            (stamp, pose)
+        };
+        topics.messages("/pose", ten_stamps().enumerate().map(jumping));
+    });
+    let output = run(&bag, &folder.path().join("out"));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{stderr}");
+    assert!(stderr.contains("/pose: the poses jump before 1 of 10 cycles"), "{stderr}");
+    assert_filter_says(&bag, &["the poses jump before 1 of 10 cycles"]);
+}
+
 /// Once such a map was empty without a word.
 #[test]
 fn a_map_that_is_too_fine_for_its_bounds() {

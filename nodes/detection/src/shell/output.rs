@@ -70,6 +70,7 @@ impl Output {
             ("blind_scans", count(usize::from(statistics.is_blind()))),
             ("high_variability_beams", count(statistics.high_variability_beams)),
             ("zones", count(cycle.zones.len())),
+            ("pose_jumps", count(usize::from(statistics.pose_jump.is_some()))),
         ]);
         let header = self.header(cycle.reduced_cloud.stamp);
         self.reporter.processed(header, cycle.index, &counts, timer);

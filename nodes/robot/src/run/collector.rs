@@ -247,6 +247,9 @@ impl CollectedState {
                 if count("blind_scans") > 0 {
                     recorder.blind_scan();
                 }
+                if count("pose_jumps") > 0 {
+                    recorder.pose_jump();
+                }
                 recorder.durations(report.cycle, stage, durations);
             }
         }

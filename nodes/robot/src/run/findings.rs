@@ -39,6 +39,8 @@ pub(crate) struct DoubtfulInput {
     pub(crate) blind_scans: usize,
     /// Scans whose median range is beyond what any 2D scanner reaches.
     pub(crate) scans_out_of_reach: usize,
+    /// Poses that no platform reaches from the ones before.
+    pub(crate) pose_jumps: usize,
 }
 
 /// Messages of one topic that the player sent and that their node did not receive.
@@ -120,7 +122,7 @@ pub(crate) fn of_sensors(
 ) -> Vec<Failure> {
     let mut findings = Vec::new();
     let (cycles, scan) = (record.cycles.len(), &inputs.scan);
-    let DoubtfulInput { blind_scans, scans_out_of_reach } = doubtful;
+    let DoubtfulInput { blind_scans, scans_out_of_reach, pose_jumps } = doubtful;
     if are_many_of(blind_scans, cycles) {
         findings.push(
             Failure::new(format!(
@@ -136,6 +138,19 @@ pub(crate) fn of_sensors(
                  that moves is found in them"
             ))
             .fix("LaserScan has metres (REP-103): divide by 1000 in the driver, range_min and range_max too"),
+        );
+    }
+    // The node of the visual odometry says itself where it was lost.
+    if pose_jumps > 0 && inputs.has_poses_of_bag() {
+        findings.push(
+            Failure::new(format!(
+                "{}: the poses jump before {pose_jumps} of {cycles} cycles: the map is torn there",
+                inputs.pose.name()
+            ))
+            .fix(
+                "give the smooth pose (odom, REP-105), not one that closes loops or is reset meanwhile; of a platform that is as fast raise \
+                 max_platform_speed_m_per_s and max_platform_turn_rad_per_s",
+            ),
         );
     }
     findings.extend(much_removed(record, inputs));

@@ -195,6 +195,11 @@ impl Recorder {
         self.doubtful.blind_scans += 1;
     }
 
+    /// A pose that no platform reaches from the one before.
+    pub(crate) fn pose_jump(&mut self) {
+        self.doubtful.pose_jumps += 1;
+    }
+
     /// How often the input of a cycle is doubtful.
     pub(crate) fn doubtful(&self) -> DoubtfulInput {
         self.doubtful

@@ -72,6 +72,16 @@ fn scans_in_millimetres_are_said() {
     assert!(said[0].contains("divide by 1000"), "{said:?}");
 }
 
+/// Regression: the map was torn where the poses jumped, and only `doctor` said so.
+#[test]
+fn jumps_of_the_poses_are_said() {
+    let said = said_of(100, 0, Recorder::pose_jump);
+    assert!(
+        said.len() == 1 && said[0].contains("/pose: the poses jump before 1 of 1 cycles"),
+        "{said:?}"
+    );
+}
+
 /// What is said of a cycle of so many points, some of which were removed.
 fn said_of(points: usize, removed: usize, also: impl Fn(&mut Recorder)) -> Vec<String> {
     said_by(Method::FreeSpace, points, removed, also)
