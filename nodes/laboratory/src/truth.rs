@@ -36,7 +36,11 @@ pub fn score(
     let wrong = |error: &dyn std::error::Error| {
         Failure::new(format!("the truth in the bag cannot be used: {error}"))
     };
-    let rig_from_camera = parameters.pipeline().rig.mounts().rig_from_camera;
+    // Where the mounts are those of tf, the parameters do not have them.
+    let rig_from_camera = record.camera.map_or_else(
+        || parameters.pipeline().rig.mounts().rig_from_camera,
+        |camera| camera.rig_from_camera,
+    );
     let truth = TruthReader::open(bag, inputs, rig_from_camera, DepthLimits::default())
         .map_err(|error| wrong(&error))?;
     let Some(mut truth) = truth else { return Ok(None) };
