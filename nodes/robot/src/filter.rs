@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use bag_player::{BagError, BagInfo, BagMessage, Selection};
+use bag_player::{Bag, BagError, BagInfo, BagMessage, Selection};
 use clap::Args;
 use detection::shell::ColourInput;
 use geometry::BeamFill;
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
             if fill == "background" { BeamFill::Background } else { BeamFill::Nan };
     }
 
-    let mut job = Job::begin(args, &info, &inputs, &parameters)?;
+    let mut job = Job::begin(args, (&bag, &info), &inputs, &parameters)?;
     let progress = Progress::new("filtering", info.message_count);
     let mut messages = bag.messages(&Selection::default()).map_err(failed)?;
     for message in messages.by_ref() {
@@ -168,7 +168,7 @@ struct Finished {
 impl<'a> Job<'a> {
     fn begin(
         args: &FilterArgs,
-        info: &BagInfo,
+        (bag, info): (&Bag, &BagInfo),
         inputs: &'a Inputs,
         parameters: &PipelineParameters,
     ) -> Result<Self, Failure> {
@@ -192,6 +192,7 @@ impl<'a> Job<'a> {
             copy: BagCopy::begin(args.output.path(), info).map_err(failed)?,
             unusable: BTreeMap::new(),
         };
+        local::publish_fixed_transforms(bag, inputs, job.pipeline.sensors())?;
         // The nodes see that the filtered topics are wanted.
         job.pipeline.flow();
         Ok(job)

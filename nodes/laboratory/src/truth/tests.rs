@@ -152,3 +152,17 @@ fn the_truth_is_placed_by_the_mounts_of_the_run() {
     let (by_tf, of_parameters) = (kept(&by_tf), kept(&of_parameters));
     assert!(of_parameters > 0.8 && by_tf > of_parameters - 0.02, "{by_tf} and {of_parameters}");
 }
+
+/// Regression: of a bag whose fixed transforms were recorded last nearly all cycles were dropped.
+#[test]
+fn fixed_transforms_hold_from_the_start_of_a_bag() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let cycles = |fixed_at_end: bool| {
+        let name = format!("{fixed_at_end}");
+        let bag = with_tf(&bag, &format!("{name}.mcap"), fixed_at_end);
+        let truth = truth_of_run(&bag, &folder.path().join(name), &[]);
+        truth["cycles_scored"].as_u64().unwrap()
+    };
+    assert_eq!(cycles(true), cycles(false));
+}

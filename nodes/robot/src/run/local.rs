@@ -6,6 +6,7 @@ use bag_player::{Bag, BagMessage, Loss, Messages, Selection};
 use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::RosMessage;
 use msgs::geometry_msgs::PoseStamped;
+use msgs::tf2_msgs::TFMessage;
 use node_shell::{NodeFailure, Publisher};
 use reconstruction::{BoundReached, GridError, GridSource, MeshError};
 use report::RunRecord;
@@ -46,6 +47,32 @@ pub(super) struct Passage {
     added_scans: Option<AddedScans>,
 }
 
+/// Passes the fixed transforms of a bag to the nodes, of each frame the first: they hold at all times, wherever they were recorded.
+pub(crate) fn publish_fixed_transforms(
+    bag: &Bag,
+    inputs: &Inputs,
+    sensors: &Sensors,
+) -> Result<(), Failure> {
+    if !inputs.transforms.contains(&TF_STATIC) {
+        return Ok(());
+    }
+    let failed = |error: bag_player::BagError| Failure::new(error.to_string());
+    let topics = Some(vec![TF_STATIC.to_owned()]);
+    let messages = bag.messages(&Selection { topics, ..Selection::default() }).map_err(failed)?;
+    let (mut known, mut first) = (BTreeSet::new(), TFMessage::default());
+    for message in messages {
+        // What cannot be used is reported in its place among the other messages.
+        let Ok(message) = message.map_err(failed)?.decode::<TFMessage>() else { continue };
+        for transform in message.transforms {
+            if known.insert(transform.child_frame_id.clone()) {
+                first.transforms.push(transform);
+            }
+        }
+    }
+    let passed = sensors.fixed_transforms.publish(first);
+    passed.map_err(|error| Failure::new(error.to_string()))
+}
+
 impl Passage {
     /// Begins with the first message.
     pub(super) fn begin(
@@ -63,6 +90,7 @@ impl Passage {
         let topics = topics.into_iter().filter(|topic| !is_added(topic)).collect();
         let selection = Selection { topics: Some(topics), ..Selection::default() };
         let messages = bag.messages(&selection).map_err(|error| Failure::new(error.to_string()))?;
+        publish_fixed_transforms(bag, &inputs, pipeline.sensors())?;
         Ok(Self { pipeline, messages, inputs, added_scans })
     }
 

@@ -7,12 +7,15 @@ use msgs::sensor_msgs::CameraInfo;
 
 use super::reading::{BagFacts, TopicFacts};
 use super::versions;
+use crate::doctor::checks::Check;
 use crate::doctor::content::clocks::{self, Clock};
 use crate::doctor::content::stamps::period_s;
 use crate::doctor::content::{Subject, latching};
 use crate::doctor::finding::Finding;
 use crate::run::inputs::{TF_STATIC, ViewTopics};
 
+/// A recorder finds the publishers of fixed transforms in this time.
+const LONGEST_LATE_S: f64 = 2.0;
 /// With fewer messages a clock is not judged.
 const LEAST_MESSAGES: usize = 5;
 /// If all stamps and times of arrival differ by less, the bag was written with the stamps as times of arrival.
@@ -26,6 +29,7 @@ pub(super) fn findings(facts: &BagFacts) -> Vec<Finding> {
     findings.extend(cameras(facts));
     findings.extend(transforms(facts));
     findings.extend(fixed_transforms(&facts.info.topics));
+    findings.extend(late_transforms(facts));
     findings.extend(facts.info.topics.iter().filter_map(versions::finding));
     findings
 }
@@ -107,7 +111,12 @@ fn cameras(facts: &BagFacts) -> Vec<Finding> {
 
 /// Whether tf is connected, and has the frames of the sensors.
 fn transforms(facts: &BagFacts) -> Vec<Finding> {
-    let sensors: Vec<(&str, &str)> = match &facts.choice {
+    facts.transforms.findings(&sensors(facts))
+}
+
+/// The topics of the sensors with their frames.
+fn sensors(facts: &BagFacts) -> Vec<(&str, &str)> {
+    match &facts.choice {
         Ok(inputs) => {
             let view = match &inputs.view {
                 ViewTopics::Depth { image, .. } => image,
@@ -121,8 +130,24 @@ fn transforms(facts: &BagFacts) -> Vec<Finding> {
                 .collect()
         }
         Err(_) => Vec::new(),
-    };
-    facts.transforms.findings(&sensors)
+    }
+}
+
+/// Fixed transforms that say where a sensor is, and were recorded long after it: who plays the bag does not know the place until then.
+fn late_transforms(facts: &BagFacts) -> Option<Finding> {
+    let begin = facts.begin?;
+    let above = facts.transforms.above(sensors(facts).into_iter().map(|(_, frame)| frame));
+    let of_sensors = facts.fixed_since.iter().filter(|(frame, _)| above.contains(frame.as_str()));
+    let (frame, since) = of_sensors.max_by_key(|(_, since)| **since)?;
+    let late_s = since.seconds_since(begin);
+    (late_s > LONGEST_LATE_S).then(|| {
+        Finding::warn(
+            Check::Transforms,
+            format!("{TF_STATIC}: {frame} is recorded {late_s:.1} s after the first message of a sensor"),
+            "record /tf_static from the start (transient local, as `ros2 bag record` and `stillmap record` take it); `stillmap run` and `filter` \
+             read it beforehand, `stillmap play` and `ros2 bag play` do not",
+        )
+    })
 }
 
 /// Static transforms that late subscribers do not receive.

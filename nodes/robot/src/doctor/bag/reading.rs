@@ -28,6 +28,10 @@ pub(super) struct BagFacts {
     pub(super) topics: BTreeMap<String, TopicFacts>,
     /// What was recorded of tf.
     pub(super) transforms: TransformFacts,
+    /// When the first fixed transform of each frame was recorded.
+    pub(super) fixed_since: BTreeMap<String, Stamp>,
+    /// When the first message that a run would read was recorded.
+    pub(super) begin: Option<Stamp>,
     pub(super) losses: Vec<Loss>,
 }
 
@@ -77,13 +81,22 @@ impl BagFacts {
         // All topics: damage in a chunk is found only if the chunk is read.
         let mut messages = bag.messages(&Selection::default()).map_err(fail)?;
         let mut transforms = TransformFacts::default();
+        let (mut fixed_since, mut begin) = (BTreeMap::new(), None);
         for message in messages.by_ref() {
             let message = message.map_err(fail)?;
             progress.advance();
             if let Some(facts) = facts.get_mut(&*message.topic) {
                 facts.take(&message);
+                if facts.is_chosen {
+                    begin.get_or_insert(message.log_time);
+                }
             } else if let Ok(tf) = message.decode::<TFMessage>() {
-                transforms.take(&tf, *message.topic == *TF_STATIC);
+                let is_fixed = *message.topic == *TF_STATIC;
+                for transform in tf.transforms.iter().filter(|_| is_fixed) {
+                    let frame = transform.child_frame_id.trim_start_matches('/');
+                    fixed_since.entry(frame.to_owned()).or_insert(message.log_time);
+                }
+                transforms.take(&tf, is_fixed);
             }
         }
         progress.finish();
@@ -94,6 +107,8 @@ impl BagFacts {
             cuts_scans: with_scans.is_some(),
             topics: facts,
             transforms,
+            fixed_since,
+            begin,
             losses,
         })
     }

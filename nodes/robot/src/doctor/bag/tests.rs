@@ -9,6 +9,7 @@ use msgs::RosMessage;
 use msgs::convert;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
+use msgs::tf2_msgs::TFMessage;
 
 use super::*;
 use crate::doctor::checks::Check;
@@ -21,6 +22,7 @@ struct Recording {
     images: Vec<(Stamp, Image)>,
     infos: Vec<(Stamp, CameraInfo)>,
     poses: Vec<(Stamp, PoseStamped)>,
+    fixed: Vec<(Stamp, TFMessage)>,
 }
 
 const WIDTH_PX: u32 = 4;
@@ -77,6 +79,7 @@ impl Recording {
             images: stamps(30).map(|stamp| (stamp, image(stamp))).collect(),
             infos: stamps(30).map(|stamp| (stamp, info(stamp))).collect(),
             poses: stamps(20).map(|stamp| (stamp, pose(stamp))).collect(),
+            fixed: Vec::new(),
         }
     }
 
@@ -87,6 +90,10 @@ impl Recording {
         put(&mut writer, "/depth/image", &self.images);
         put(&mut writer, "/depth/camera_info", &self.infos);
         put(&mut writer, "/pose", &self.poses);
+        if !self.fixed.is_empty() {
+            let fixed = writer.channel::<TFMessage>("/tf_static", OfferedQos::latched()).unwrap();
+            self.fixed.iter().for_each(|(at, message)| writer.write(fixed, *at, message).unwrap());
+        }
         writer.finish().unwrap();
         path
     }
@@ -192,6 +199,29 @@ fn what_is_not_checked_without_a_topic_of_poses_is_said() {
     assert!(said(Check::Poses).contains("not checked"), "{findings:?}");
     assert!(said(Check::Extrinsics).contains("not checked"), "{findings:?}");
     assert!(said(Check::Offsets).contains("21 of 21 scans"), "{findings:?}");
+}
+
+/// Regression: nothing was said of fixed transforms that were recorded last: who plays the bag drops what comes before.
+#[test]
+fn fixed_transforms_that_come_late_are_found() {
+    let fixed_after = |seconds: f64, tool_after_s: f64| {
+        let at = |seconds: f64| Stamp::from_secs_nanos(100, 0).plus_seconds(seconds);
+        let on_robot = |child: &str| {
+            let mut transform = msgs::geometry_msgs::TransformStamped::default();
+            transform.header.frame_id = "base_link".to_owned();
+            transform.child_frame_id = child.to_owned();
+            transform.transform.rotation.w = 1.0;
+            transform
+        };
+        let sensors = TFMessage { transforms: vec![on_robot("laser"), on_robot("camera")] };
+        let tool = TFMessage { transforms: vec![on_robot("tool")] };
+        let fixed = vec![(at(seconds), sensors), (at(tool_after_s), tool)];
+        Recording { fixed, ..Recording::healthy() }.findings()
+    };
+    let early = fixed_after(1.0, 2.5);
+    assert!(early.iter().all(|one| one.severity == Severity::Ok), "{early:?}");
+    let late = fixed_after(2.1, 2.1);
+    only_fault(&late, Severity::Warn, &["/tf_static: ", "2.1 s after", "ros2 bag play"]);
 }
 
 #[test]

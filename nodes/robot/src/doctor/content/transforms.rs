@@ -95,6 +95,22 @@ impl TransformFacts {
         &self.tree
     }
 
+    /// These frames and all that are above them in the tree.
+    pub(in crate::doctor) fn above<'a>(
+        &'a self,
+        frames: impl Iterator<Item = &'a str>,
+    ) -> BTreeSet<&'a str> {
+        let mut open: Vec<&str> = frames.map(|name| name.trim_start_matches('/')).collect();
+        let mut above = BTreeSet::new();
+        while let Some(frame) = open.pop() {
+            if above.insert(frame) {
+                let parents = self.edges.get(frame).into_iter().flat_map(BTreeMap::keys);
+                open.extend(parents.map(String::as_str));
+            }
+        }
+        above
+    }
+
     /// What is wrong with them. `sensors` are the topics of sensors with their frames.
     pub(in crate::doctor) fn findings(&self, sensors: &[(&str, &str)]) -> Vec<Finding> {
         if self.messages == 0 {
