@@ -83,7 +83,7 @@ fn camera() -> CameraInfo {
         width: 4,
         distortion_model: "plumb_bob".to_owned(),
         d: vec![0.0; 5],
-        k: [3.0, 0.0, 2.0, 0.0, 3.0, 1.0, 0.0, 0.0, 1.0],
+        k: [3.0, 0.0, 1.5, 0.0, 3.0, 0.5, 0.0, 0.0, 1.0],
         ..CameraInfo::default()
     }
 }

@@ -14,6 +14,12 @@ const CY: usize = 5;
 /// Lenses with narrower and with wider views are no depth cameras.
 const LEAST_VIEW_RAD: f64 = 0.1;
 const MOST_VIEW_RAD: f64 = 2.9;
+/// By the calibration of another resolution the optical centre is off the middle on both axes to the same side: at a quarter of the
+/// image with that of half as many pixels, at an edge with that of twice as many. On one axis it is by more than this share of the size,
+const MOST_OFF_CENTRE: f64 = 0.2;
+/// on the other, where the ratio of the sides may be another, by more than this. An image that was cropped at the top or at a side is
+/// off on one axis.
+const LEAST_OFF_CENTRE: f64 = 0.1;
 /// Sizes that are kept at most.
 const MOST_SIZES: usize = 4;
 
@@ -50,6 +56,17 @@ impl CameraFacts {
                 format!("{topic}: {wrong} (K = {k:?}, {} x {} pixels)", size.0, size.1),
                 "calibrate the camera (ros2 run camera_calibration cameracalibrator) and let its driver load the file; \
                  or name one with the parameter camera_info_file",
+            ));
+        } else if let Some(share) = off_centre(&k, size) {
+            findings.push(Finding::warn(
+                Check::Calibration,
+                format!(
+                    "{topic}: by K the optical centre lies at {share:.2} of the image: K is likely that of an image of {:.1} times as many \
+                     columns and rows (K = {k:?}, {} x {} pixels)",
+                    2.0 * share, size.0, size.1
+                ),
+                "let the driver load the calibration of the mode that it runs in, and where a node resizes images, resize their calibration \
+                 too (image_proc's resize does); of an image that was cropped at a corner it is right",
             ));
         }
         if self.changed > 0 {
@@ -92,6 +109,19 @@ impl CameraFacts {
              --camera-info",
         ))
     }
+}
+
+/// Where the optical centre is, as a share of the image on the axis where it is farther from the middle, if it is far from it.
+fn off_centre(k: &[f64; 9], (width, height): (u32, u32)) -> Option<f64> {
+    if width == 0 || height == 0 {
+        return None;
+    }
+    // The middle of the first pixel is 0.
+    let off = |centre_px: f64, size: u32| (centre_px + 0.5) / f64::from(size) - 0.5;
+    let (x, y) = (off(k[CX], width), off(k[CY], height));
+    let (more, less) = if x.abs() > y.abs() { (x, y) } else { (y, x) };
+    let is_far = more.abs() > MOST_OFF_CENTRE && less * more.signum() > LEAST_OFF_CENTRE;
+    is_far.then_some(more + 0.5)
 }
 
 /// What is wrong with a calibration.

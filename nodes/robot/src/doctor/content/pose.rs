@@ -22,7 +22,7 @@ const LONGEST_STEP_S: f64 = 1.0;
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(in crate::doctor) struct PoseFacts {
     last: Option<(Stamp, nalgebra::Vector3<f64>)>,
-    /// Why the first of those that no node takes is not taken, and how many they are.
+    /// Of those too far from their origin to be taken the first reason, and how many they are.
     unusable: Option<(UnusablePose, u64)>,
     /// Of all steps with motion.
     speed_m_per_s: Typical,
@@ -67,7 +67,9 @@ impl PoseFacts {
     pub(super) fn take(&mut self, message: &impl Positioned) {
         let (stamp, position) = message.position();
         let here = nalgebra::Vector3::new(position.x, position.y, position.z);
-        if let Err(why) = check_pose(&nalgebra::Isometry3::from(here)) {
+        // Those that are no numbers are among the messages that cannot be used.
+        if let Err(why @ UnusablePose::TooFar { .. }) = check_pose(&nalgebra::Isometry3::from(here))
+        {
             self.unusable.get_or_insert((why, 0)).1 += 1;
         }
         let Some((before, there)) = self.last.replace((stamp, here)) else { return };
@@ -165,6 +167,14 @@ mod tests {
             let said = said_of((0..90).map(|index| if index < 45 { 1.0 } else { 1.0 + jump_m }));
             assert!(said.len() == 1 && said[0].contains("1 jumps"), "{said:?}");
         }
+    }
+
+    /// Regression: poses of NaN were told to be too large by a factor, and to be published in a frame whose origin is near.
+    #[test]
+    fn poses_that_are_no_numbers_are_not_told_to_be_far_away() {
+        let lost =
+            |index: usize| if index.is_multiple_of(5) { f64::NAN } else { 0.01 * index as f64 };
+        assert_eq!(said_of((0..90).map(lost)), Vec::<String>::new());
     }
 
     /// Regression: poses in coordinates of the earth, which no node takes, were in order for `doctor`.

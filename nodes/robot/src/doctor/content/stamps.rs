@@ -4,12 +4,15 @@ use geometry::Stamp;
 
 use super::{Check, Finding};
 
+/// A stamp of 0 is that of a clock that begins there if another follows within this time. Other clocks count from 1970.
+const LONGEST_BEGIN_S: f64 = 10.0;
+
 /// What is wrong with stamps, which are in the order in which they were received.
 pub(in crate::doctor) fn findings(topic: &str, is_read: bool, stamps: &[Stamp]) -> Vec<Finding> {
     const FIX: &str = "the driver must stamp each message with the time of its measurement";
     let count = stamps.len();
     let zeros = stamps.iter().filter(|stamp| is_zero(stamp)).count();
-    if zeros > 0 {
+    if zeros > 0 && !begins_at_zero(stamps) {
         let what = format!("{topic}: {zeros} of {count} messages have the stamp 0");
         return vec![Finding::grave_if(is_read, Check::Stamps, what, FIX)];
     }
@@ -33,6 +36,14 @@ pub(in crate::doctor) fn findings(topic: &str, is_read: bool, stamps: &[Stamp]) 
         ),
         "see that one driver alone publishes the topic, and that no clock was set back meanwhile (chronyc tracking)",
     )]
+}
+
+/// Whether the clock begins at 0, as that of a simulation: the first message alone has that stamp, and the others follow.
+fn begins_at_zero(stamps: &[Stamp]) -> bool {
+    let Some((first, others)) = stamps.split_first() else { return false };
+    let earliest = others.iter().min();
+    let follows = |stamp: &Stamp| !is_zero(stamp) && seconds(*stamp) < LONGEST_BEGIN_S;
+    is_zero(first) && earliest.is_some_and(follows)
 }
 
 /// Whether the stamp was not set.

@@ -81,9 +81,33 @@ fn invalid_calibrations_are_found() {
         k[place] = value;
         only(&findings_of(&[info(k)]), Check::Calibration, Severity::Error);
     }
+    // Regression: nothing was said of K of another resolution, by which the map is of a few points.
+    for other in [0.5, 2.0] {
+        let k = k.map(|one| if one == 1.0 { one } else { other * (one + 0.5) - 0.5 });
+        only(&findings_of(&[info(k)]), Check::Calibration, Severity::Warn);
+    }
+    // Of an image without its upper third it is right.
+    let mut cropped = info(k);
+    cropped.height -= 160;
+    cropped.k[5] -= 160.0;
+    assert!(findings_of(&[cropped]).is_empty());
     let mut other = k;
     other[0] += 1.0;
     only(&findings_of(&[info(k), info(other)]), Check::Calibration, Severity::Warn);
+}
+
+/// Regression: the first message of a simulation, whose clock begins at 0, made a bag one with errors.
+#[test]
+fn a_clock_that_begins_at_zero_is_no_error() {
+    let said = |stamps_s: &[f64]| {
+        let stamps: Vec<Stamp> =
+            stamps_s.iter().map(|seconds| Stamp::from_nanos(0).plus_seconds(*seconds)).collect();
+        stamps::findings("/scan", true, &stamps)
+    };
+    assert!(said(&[0.0, 0.1, 0.2]).is_empty());
+    for unset in [&[0.0, 1.7e9, 1.7e9 + 0.1][..], &[0.0, 0.0, 0.1], &[0.1, 0.0, 0.2], &[0.0]] {
+        only(&said(unset), Check::Stamps, Severity::Error);
+    }
 }
 
 #[test]

@@ -188,6 +188,20 @@ pub(super) const FAULTS: &[Fault] = &[
         ["error", "extrinsics"],
         &["rig_from_lidar", "beside the surfaces", "stillmap calibrate"],
     ),
+    fault(
+        "the calibration of another resolution",
+        Base::Room,
+        |bag| {
+            bag.edit(INFO, |_, info: &mut CameraInfo| {
+                for one in &mut info.k[..6] {
+                    *one *= 1.9
+                }
+            });
+        },
+        ["warn", "calibration"],
+        &[INFO, "1.9 times as many columns", "resizes"],
+    )
+    .also(&["extrinsics"]),
 ];
 
 /// Changes each float of a 32-bit field of the points of a cloud.
