@@ -87,7 +87,7 @@ pub(crate) fn run(args: &FilterArgs, interrupt: &Interrupt) -> Result<Outcome, F
     let info = bag.info().map_err(failed)?;
     let mut parameters = PipelineParameters::load(&args.parameters)?;
     let (mut inputs, note) = choose_inputs(&bag, &info, &args.topics, &mut parameters)?;
-    note.into_iter().for_each(console::note);
+    note.into_iter().chain(args.parameters.misspelt()?).for_each(console::note);
     if args.colour {
         inputs.colour = Some(ColourTopics::to_be_masked(&args.topics, &inputs.view, &bag, &info)?);
     }

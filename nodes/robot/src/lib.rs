@@ -16,6 +16,7 @@ mod filter;
 pub mod import;
 mod info;
 mod interrupt;
+mod known_parameters;
 mod las_file;
 pub mod lidar;
 pub mod map_file;

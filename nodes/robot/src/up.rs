@@ -333,7 +333,7 @@ impl PoseNode {
         }
     }
 
-    const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Visual => visual::NODE,
             Self::Lidar => lidar::NODE,

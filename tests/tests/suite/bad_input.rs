@@ -310,6 +310,31 @@ fn a_parameter_file_for_no_node() {
     assert!(stderr.contains("misspelt.yaml") && stderr.contains("none of the nodes"), "{stderr}");
 }
 
+/// Regression: it was without effect, in silence. It is no error: the file may be for another node of the graph.
+#[test]
+fn a_misspelt_parameter_for_all_nodes_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = small_room(folder.path());
+    let file = folder.path().join("all.yaml");
+    std::fs::write(&file, "/**:\n  ros__parameters:\n    max_stop: 20.0\n").unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (bag, file, out, filtered) =
+        (bag.to_str().unwrap(), path("all.yaml"), path("out"), path("static.mcap"));
+    // What follows is refused, so that no node starts.
+    let up = ["up", "--ros-args", "--params-file", &file, "-p", "use_sim_time:=maybe"];
+    for (arguments, code) in [
+        (["run", bag, "--params-file", &file, "--out", &out].as_slice(), 0),
+        (&["filter", bag, "--params-file", &file, "-o", &filtered], 0),
+        (&up, 2),
+    ] {
+        let output = stillmap(arguments);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
+        let wanted = "all.yaml, line 3: `max_stop` has no effect";
+        assert!(stderr.contains(wanted) && stderr.contains("`max_stop_s`"), "{stderr}");
+    }
+}
+
 /// Regression: the map was torn there, and only `doctor` said so.
 #[test]
 fn poses_that_jump() {

@@ -144,6 +144,25 @@ pub fn is_given(
     Ok(false)
 }
 
+/// A parameter that a file has for nodes of any name, as in its section `/**`.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SharedParameter {
+    /// The parameter, with dots between its parts.
+    pub name: String,
+    /// Where its value is, from 1.
+    pub line: u64,
+}
+
+/// The parameters of a file that are for the node with the full name `node_name` (as `/detection`) and for others as well.
+///
+/// # Errors
+/// When the file cannot be read as a parameter file.
+pub fn shared(node_name: &str, file: &Path) -> Result<Vec<SharedParameter>, ParameterError> {
+    let of_file = file::parameters_of(file, node_name)?;
+    let shared = of_file.parameters.into_iter().filter(|given| !given.names_the_node);
+    Ok(shared.map(|given| SharedParameter { name: given.key, line: given.line }).collect())
+}
+
 /// Every parameter with its default, in YAML, for a help text.
 ///
 /// # Errors

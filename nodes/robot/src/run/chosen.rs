@@ -28,7 +28,7 @@ pub(super) struct Chosen {
     pub(super) added_scans: Option<AddedScans>,
     pub(super) inputs: Inputs,
     pub(super) parameters: PipelineParameters,
-    /// Where the scans and the poses come from, where the user would not expect it.
+    /// Where the scans and the poses come from, where the user would not expect it, and what has no effect.
     pub(super) notes: Vec<String>,
 }
 
@@ -54,6 +54,7 @@ impl Chosen {
                 added.image()
             ));
         }
+        notes.extend(parameters.misspelt()?);
         let mut parameters = PipelineParameters::load(parameters)?;
         let (mut inputs, note) = choose_inputs(&bag, &info, topics, &mut parameters)?;
         choose_colours((&bag, &info), topics, wants_no_colour, &mut inputs, &mut parameters)?;

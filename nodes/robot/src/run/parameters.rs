@@ -8,7 +8,7 @@ use detection::DetectionConfig;
 use detection::shell::{ColourInput, DetectionParameters, PoseInput};
 use geometry::parameter::Parameters;
 use geometry::{ExtrinsicsSource, Method, PipelineConfig, RigMounts};
-use node_shell::parameters::{self, Assignment};
+use node_shell::parameters::{self, Assignment, ParameterError};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use reconstruction::{GridSource, ReconstructionConfig};
@@ -20,6 +20,7 @@ use super::recorder::Stage;
 use super::tf_frames::TfFrames;
 use crate::console;
 use crate::failure::Failure;
+use crate::known_parameters::KnownNames;
 use crate::visual;
 
 /// Where parameters come from.
@@ -37,6 +38,20 @@ pub struct ParameterArgs {
     /// Make the occupancy grid for navigation, too: of the scans alone, or of the map between two heights above the floor
     #[arg(long, value_name = "SOURCE", value_parser = grid_parser())]
     pub grid: Option<GridSource>,
+}
+
+impl ParameterArgs {
+    /// What the files have for all nodes and is likely misspelt.
+    ///
+    /// # Errors
+    /// When a file cannot be read as a parameter file.
+    pub(crate) fn misspelt(&self) -> Result<Vec<String>, Failure> {
+        let failed = |error: ParameterError| Failure::new(error.to_string());
+        let known = KnownNames::all().map_err(failed)?;
+        let nodes = NODES.map(|node| format!("/{node}"));
+        let said = self.files.iter().filter_map(|file| known.misspelt(&nodes, file).transpose());
+        said.collect::<Result<_, _>>().map_err(failed)
+    }
 }
 
 /// Reads the source of a grid off the command line.
@@ -291,9 +306,17 @@ pub(crate) fn check_agreement(
     Ok(())
 }
 
+/// The nodes that take their parameters from the files.
+const NODES: [&str; 4] = [
+    Stage::Detection.name(),
+    Stage::Segmentation.name(),
+    Stage::Reconstruction.name(),
+    visual::NODE,
+];
+
 /// A file without a section for any of the nodes is an error: its sections are misspelt.
 fn check_sections(file: &Path) -> Result<(), Failure> {
-    for node in Stage::ALL.map(Stage::name).into_iter().chain([visual::NODE]) {
+    for node in NODES {
         let is_for = parameters::is_for(&format!("/{node}"), file)
             .map_err(|error| Failure::new(error.to_string()))?;
         if is_for {
@@ -318,4 +341,37 @@ where
 {
     parameters::load(&format!("/{node}"), files, &[] as &[Assignment])
         .map_err(|error| Failure::new(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: a misspelt parameter in a section `/**`, as the shipped file has it, was without effect, in silence.
+    #[test]
+    fn a_misspelt_parameter_for_all_nodes_is_said() {
+        let said_of = |key: &str| {
+            let file = tempfile::NamedTempFile::new().unwrap();
+            let yaml = format!("/**:\n  ros__parameters:\n    voxel_edge_m: 0.08\n    {key}\n");
+            std::fs::write(file.path(), yaml).unwrap();
+            let args = ParameterArgs { files: vec![file.path().to_owned()], ..Default::default() };
+            // It may be for another node of the graph.
+            PipelineParameters::load(&args).unwrap();
+            args.misspelt().unwrap()
+        };
+        let said = said_of("max_stop: 20.0");
+        assert_eq!(said.len(), 1, "{said:?}");
+        for wanted in ["line 4", "`max_stop` has no effect", "`max_stop_s`, of detection"] {
+            assert!(said[0].contains(wanted), "{wanted}: {said:?}");
+        }
+        // Of other nodes of the same graph, of every node, of a node that `run` does not start, and by a former name.
+        for known in [
+            "robot_description: x",
+            "use_sim_time: true",
+            "loop_closing: true",
+            "stopped_object_s: 9.0",
+        ] {
+            assert_eq!(said_of(known), Vec::<String>::new(), "{known}");
+        }
+    }
 }

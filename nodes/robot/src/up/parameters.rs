@@ -6,13 +6,14 @@ use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::RosArguments;
 use node_shell::arguments::ParameterSource;
-use node_shell::parameters::{self, NodeParameters, ParameterError, nearest_name};
+use node_shell::parameters::{NodeParameters, ParameterError, nearest_name};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
 
 use super::PoseNode;
 use crate::failure::Failure;
+use crate::known_parameters::KnownNames;
 use crate::run::Stage;
 use crate::run::parameters::{check_agreement, check_map_edge};
 
@@ -53,6 +54,15 @@ impl SuiteParameters {
         let known = KnownNames::all().map_err(|error| Failure::new(error.to_string()))?;
         check_named_nodes(arguments)?;
         known.check(arguments)?;
+        let nodes = full_names(arguments)?;
+        for source in &arguments.parameters {
+            // A file that cannot be read is refused by the node that reads it.
+            if let ParameterSource::File(file) = source
+                && let Ok(Some(misspelt)) = known.misspelt(&nodes, file)
+            {
+                tracing::warn!("{misspelt}");
+            }
+        }
         let reader = Reader { arguments, all: &known.all };
         let odometry = |pose: PoseNode| {
             Ok(match pose {
@@ -113,76 +123,6 @@ impl Reader<'_> {
     }
 }
 
-/// What `node_shell` adds to the parameters of each node.
-const OF_EVERY_NODE: [&str; 2] = ["use_sim_time", "autostart"];
-
-/// The parameters that each node knows.
-struct KnownNames {
-    detection: BTreeSet<String>,
-    segmentation: BTreeSet<String>,
-    reconstruction: BTreeSet<String>,
-    pose: BTreeSet<String>,
-    lidar_odometry: BTreeSet<String>,
-    all: BTreeSet<String>,
-}
-
-impl KnownNames {
-    fn all() -> Result<Self, ParameterError> {
-        fn names<P: NodeParameters>() -> Result<BTreeSet<String>, ParameterError> {
-            Ok(parameters::describe::<P>()?.into_iter().map(|(name, _)| name).collect())
-        }
-        let mut known = Self {
-            detection: names::<DetectionParameters>()?,
-            segmentation: names::<SegmentationParameters>()?,
-            reconstruction: names::<ReconstructionParameters>()?,
-            pose: names::<PoseParameters>()?,
-            lidar_odometry: names::<LidarOdometryParameters>()?,
-            all: BTreeSet::new(),
-        };
-        known.all = known.by_node().into_iter().flat_map(|(_, names)| names).cloned().collect();
-        Ok(known)
-    }
-
-    fn by_node(&self) -> [(&'static str, &BTreeSet<String>); 5] {
-        [
-            (Stage::Detection.name(), &self.detection),
-            (Stage::Segmentation.name(), &self.segmentation),
-            (Stage::Reconstruction.name(), &self.reconstruction),
-            (PoseNode::Visual.name(), &self.pose),
-            (PoseNode::Lidar.name(), &self.lidar_odometry),
-        ]
-    }
-
-    /// Refuses a parameter that is given for no node in particular, and that none has.
-    fn check(&self, arguments: &RosArguments) -> Result<(), Failure> {
-        for source in &arguments.parameters {
-            let ParameterSource::Assignment { node: None, name, .. } = source else { continue };
-            // A group is refused with its parameters by the node that has it.
-            let is_in = |known: &String| {
-                known
-                    .strip_prefix(name.as_str())
-                    .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            };
-            if OF_EVERY_NODE.contains(&name.as_str()) || self.all.iter().any(is_in) {
-                continue;
-            }
-            let nearest = nearest_name(name, self.all.iter().map(String::as_str));
-            let failure = Failure::new(format!("no node has a parameter `{name}`")).for_good();
-            return Err(failure.fix(match nearest {
-                Some(nearest) => {
-                    let of = self.by_node().into_iter().filter(|(_, names)| names.contains(nearest));
-                    let nodes: Vec<&str> = of.map(|(node, _)| node).collect();
-                    format!("did you mean `{nearest}`, of {}?", nodes.join(", "))
-                }
-                None => "`stillmap node NODE --help` lists those of a node: detection, segmentation, reconstruction, pose, \
-                         lidar-odometry"
-                    .to_owned(),
-            }));
-        }
-        Ok(())
-    }
-}
-
 /// The nodes that `stillmap up` can start, as the program calls them.
 const NODES: [&str; 7] = [
     Stage::Detection.name(),
@@ -193,6 +133,15 @@ const NODES: [&str; 7] = [
     live_view::shell::NODE,
     live_view::shell::FOXGLOVE_NODE,
 ];
+
+/// The names of the nodes in their namespaces.
+fn full_names(arguments: &RosArguments) -> Result<Vec<String>, Failure> {
+    let full_name = |name: &&str| match arguments.identity(name) {
+        Ok(identity) => Ok(identity.full_name()),
+        Err(error) => Err(Failure::new(error.to_string()).for_good()),
+    };
+    NODES.iter().map(full_name).collect()
+}
 
 /// Refuses what is said of one node, by its name or by the one that it is given, where there is none of that name.
 fn check_named_nodes(arguments: &RosArguments) -> Result<(), Failure> {
