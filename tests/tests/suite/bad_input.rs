@@ -166,6 +166,11 @@ fn clouds_without_a_point() {
         topics.messages("/pose", ten_stamps().map(|stamp| (stamp, pose(stamp))));
     });
     refused(&bag, &["/points", "no point"]);
+    // Regression: files of a map of no points were left.
+    let out = folder.path().join("out");
+    run(&bag, &out);
+    let has = |name: &str| out.join(name).exists();
+    assert_eq!(["map.ply", "map.pcd", "summary.json"].map(has), [false, false, true]);
     // Regression: `filter` said nothing of it, and ended with 0.
     assert_filter_says(&bag, &["clouds on /points have no point", "the map has no point"]);
 }
@@ -399,7 +404,7 @@ fn a_negative_number_names_the_range() {
     let bag = small_room(folder.path());
     let (bag, out) = (bag.to_str().unwrap(), folder.path().join("out"));
     for (options, wanted) in [
-        (["--map-edge", "-1"].as_slice(), "map_edge_m must be 0.001 to 10, not -1"),
+        (["--map-edge", "-1"].as_slice(), "map_edge_m must be 0.001 to 1, not -1"),
         (&["--transport", "dds", "--rate", "-1"], "--rate -1 is not a positive number"),
     ] {
         let line = ["run", bag, "--out", out.to_str().unwrap()];

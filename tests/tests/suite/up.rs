@@ -270,10 +270,10 @@ fn mistakes_are_named_before_a_node_starts() {
             vec!["up", "--map-edge", "0.03", "--ros-args", "-p", "method:=rec_hv"],
             "--map-edge is of the method free_space",
         ),
-        (vec!["up", "--map-edge", "-1"], "map_edge_m must be 0.001 to 10, not -1"),
+        (vec!["up", "--map-edge", "-1"], "map_edge_m must be 0.001 to 1, not -1"),
         (
             vec!["up", "--detect", "--yes", "--map-edge", "0"],
-            "map_edge_m must be 0.001 to 10, not 0",
+            "map_edge_m must be 0.001 to 1, not 0",
         ),
         (
             vec!["up", "--ros-args", "-p", "reconstruction:map_file:=/nowhere/map.ply"],

@@ -30,10 +30,14 @@ pub(super) const REPORT: &str = "report.html";
 const GRID: &str = "grid.yaml";
 const GRID_IMAGE: &str = "grid.pgm";
 
+/// The map.
+const MAP_PLY: &str = "map.ply";
+const MAP_PCD: &str = "map.pcd";
+
 /// The files that a run writes to its folder, and its meshes: [`mesh_name`].
 const RESULTS: [&str; 10] = [
-    "map.ply",
-    "map.pcd",
+    MAP_PLY,
+    MAP_PCD,
     "summary.json",
     REPORT,
     PARAMETERS,
@@ -131,9 +135,7 @@ impl OutputFolder {
             normals: record.map_normals.clone(),
             colours: record.map_colours.clone(),
         };
-        self.write_file("map.ply", &ply::encode_map(&points, views(record).as_slice()))?;
-        let OrientedPoints { points_m, normals, colours } = &points;
-        self.write_file("map.pcd", &pcd::encode_with_colours(points_m, normals, colours))?;
+        self.write_map(&points, record)?;
         self.clear_removed_clouds()?;
         for cycle in record.cycles.iter().filter(|cycle| !cycle.dynamic_points_m.is_empty()) {
             let name = format!("{DYNAMIC_FOLDER}/cycle_{:06}.ply", cycle.index);
@@ -146,6 +148,16 @@ impl OutputFolder {
         let report = report::report_html(record, summary)
             .map_err(|error| Failure::new(format!("cannot draw the report: {error}")))?;
         self.write_file(REPORT, report.as_bytes())
+    }
+
+    /// Writes the map. One without a point is no file: the map of an earlier run is removed.
+    fn write_map(&self, points: &OrientedPoints, record: &RunRecord) -> Result<(), Failure> {
+        let OrientedPoints { points_m, normals, colours } = points;
+        if points_m.is_empty() {
+            return [MAP_PLY, MAP_PCD].iter().try_for_each(|name| self.remove_file(name));
+        }
+        self.write_file(MAP_PLY, &ply::encode_map(points, views(record).as_slice()))?;
+        self.write_file(MAP_PCD, &pcd::encode_with_colours(points_m, normals, colours))
     }
 
     /// Where the node of the map saves it, for another process: a file that does not exist.
