@@ -38,7 +38,7 @@ pub struct PlayOptions {
     #[arg(long)]
     pub clock: bool,
     /// The rate of /clock
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = DEFAULT_CLOCK_HZ)]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = DEFAULT_CLOCK_HZ, requires = "clock")]
     pub clock_hz: f64,
     /// Publish a topic under another name (several times for several topics)
     #[arg(long, value_name = "FROM:=TO")]
@@ -48,7 +48,7 @@ pub struct PlayOptions {
     #[arg(long, value_name = "TOPIC", value_delimiter = ',')]
     pub compress_depth: Vec<String>,
     /// How depth images are compressed
-    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = DepthFormat::default())]
+    #[arg(long, value_name = "FORMAT", value_enum, default_value_t = DepthFormat::default(), requires = "compress_depth")]
     pub depth_format: DepthFormat,
     /// Publish the colour or grey images of this topic of the bag as JPEG of a quality of 1 .. 100
     /// (without it 95), or without loss as png, below the topic's name as .../compressed (several times for several topics)
@@ -200,6 +200,16 @@ mod tests {
         assert_eq!(options, expected);
         assert_eq!(options.published_name("/a"), "/left/a");
         assert_eq!(options.published_name("/c"), "/c");
+    }
+
+    /// Regression: the rate of a clock that is not published and the form of images that are not compressed were without effect.
+    #[test]
+    fn options_without_effect_are_refused() {
+        for line in ["x.mcap --clock-hz 50", "x.mcap --depth-format rvl"] {
+            let refused = parse(line).unwrap_err().to_string();
+            assert!(refused.contains("required arguments"), "{refused}");
+        }
+        assert!(parse("x.mcap --clock --clock-hz 50").is_ok());
     }
 
     #[test]

@@ -209,6 +209,11 @@ fn choose_colours(
     inputs: &mut Inputs,
     parameters: &mut PipelineParameters,
 ) -> Result<(), Failure> {
+    let is_for_poses = matches!(inputs.pose, PoseSource::Visual(_));
+    if wants_none && !topics.visual().is_empty() && !is_for_poses {
+        return Err(Failure::new("--image and --image-info have no effect with --no-colour")
+            .fix("leave them out, or leave out --no-colour"));
+    }
     let wants_none = wants_none || parameters.detection_node().colour == ColourInput::None;
     if wants_none || !parameters.pipeline().needs_depth() {
         parameters.set_colour(ColourInput::None);

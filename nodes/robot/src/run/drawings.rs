@@ -42,6 +42,17 @@ impl DrawingArgs {
 
     /// Refuses to replace a file, before any work is done.
     pub(super) fn refuse(&self, overwrite: bool) -> Result<(), Failure> {
+        let is_png = |file: &PathBuf| {
+            let extension = file.extension().unwrap_or_default().to_ascii_lowercase();
+            extension == "png" || extension == "apng"
+        };
+        if let Some(file) = self.animation.as_ref().filter(|file| !is_png(file)) {
+            return Err(Failure::new(format!(
+                "--animation {}: the animation is a picture that moves in the form APNG, and no other",
+                file.display()
+            ))
+            .fix("name it .png, or .apng; browsers show it, and ffmpeg makes a GIF or a video of it"));
+        }
         refuse_to_replace(self.animation.clone(), overwrite, "--animation")
     }
 }
@@ -114,4 +125,23 @@ fn normals(record: &RunRecord) -> Vec<Vector3<f32>> {
     const CELL_IN_SPACINGS: f64 = 2.0;
     let spacing_m = record.map_edge_m.unwrap_or(record.voxel_edge_m);
     reconstruction::normals(&record.static_map, CELL_IN_SPACINGS * spacing_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: an APNG was written to a file that was called a GIF, and no viewer of GIFs showed it.
+    #[test]
+    fn an_animation_of_another_form_is_refused() {
+        let refusal = |file: &str| {
+            let animation = Some(PathBuf::from(file));
+            let args = DrawingArgs { png: false, animation, thumbnail: false };
+            args.refuse(true).err().map(|failure| failure.to_string())
+        };
+        let said = refusal("/nowhere/drive.gif").unwrap();
+        assert!(said.contains("APNG") && said.contains("name it .png"), "{said}");
+        assert_eq!(refusal("/nowhere/drive.png"), None);
+        assert_eq!(refusal("/nowhere/drive.APNG"), None);
+    }
 }

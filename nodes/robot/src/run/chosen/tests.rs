@@ -44,3 +44,21 @@ fn mounts_are_those_of_tf_where_it_has_them_and_no_parameter_says_otherwise() {
         assert_eq!(rig.mounts(), RigMounts::default());
     }
 }
+
+/// Regression: with `--no-colour` the topic that `--image` names was not even looked for.
+#[test]
+fn a_topic_of_colours_is_refused_where_none_are_wanted() {
+    #[derive(clap::Parser)]
+    struct Run {
+        #[command(flatten)]
+        topics: TopicArgs,
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("robot.mcap");
+    tf_bag::write(&bag, &[("camera", Isometry3::identity()), ("laser", Isometry3::identity())]);
+    let run = <Run as clap::Parser>::parse_from(["run", "--image", "/nope"]);
+    let parameters = ParameterArgs::default();
+    let chosen = Chosen::of(&bag, &run.topics, (&parameters, true), &Interrupt::default());
+    let Err(refusal) = chosen else { panic!("it is not refused") };
+    assert!(refusal.to_string().contains("no effect with --no-colour"), "{refusal}");
+}
