@@ -3,7 +3,10 @@
 #[cfg(test)]
 mod tests;
 
-use geometry::VoxelKey;
+use std::collections::HashMap;
+use std::ops::Range;
+
+use geometry::{BuildVoxelHasher, VoxelKey};
 
 /// What a point of the cycle is, by what is known of its place.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -54,8 +57,15 @@ impl PointClass {
 pub struct Candidates<'a> {
     classes: &'a [PointClass],
     voxels: &'a [VoxelKey],
-    /// Voxel and index of each candidate, sorted.
+    /// Voxel and index of each candidate, sorted: by x, then y, then z.
     by_voxel: Vec<(VoxelKey, usize)>,
+    /// Those of each column along z, by its voxel at z = 0.
+    columns: HashMap<VoxelKey, Range<usize>, BuildVoxelHasher>,
+}
+
+/// The voxel that stands for a column along z.
+fn column_of(voxel: VoxelKey) -> VoxelKey {
+    VoxelKey { z: 0, ..voxel }
 }
 
 impl<'a> Candidates<'a> {
@@ -70,7 +80,17 @@ impl<'a> Candidates<'a> {
             .map(|(index, (_, voxel))| (*voxel, index))
             .collect();
         by_voxel.sort_unstable();
-        Self { classes, voxels, by_voxel }
+        let mut columns: HashMap<_, Range<usize>, BuildVoxelHasher> = HashMap::default();
+        let is_same = |(one, _): &(VoxelKey, usize), (other, _): &(VoxelKey, usize)| {
+            column_of(*one) == column_of(*other)
+        };
+        let mut end = 0;
+        for column in by_voxel.chunk_by(is_same) {
+            let start = end;
+            end += column.len();
+            columns.extend(column.first().map(|(voxel, _)| (column_of(*voxel), start..end)));
+        }
+        Self { classes, voxels, by_voxel, columns }
     }
 
     /// The candidates in voxels up to so many steps away along each axis, with their voxels.
@@ -78,13 +98,13 @@ impl<'a> Candidates<'a> {
         let beside = |value: i32, by: i32| value.saturating_add(by);
         let columns = (-steps..=steps).flat_map(move |dx| (-steps..=steps).map(move |dy| (dx, dy)));
         columns.flat_map(move |(dx, dy)| {
-            // Keys are sorted by x, then y, then z: a column along z is one stretch.
             let (x, y) = (beside(voxel.x, dx), beside(voxel.y, dy));
             let (low, high) = (beside(voxel.z, -steps), beside(voxel.z, steps));
-            let low = VoxelKey { x, y, z: low };
-            let first = self.by_voxel.partition_point(|(other, _)| *other < low);
-            let stretch = self.by_voxel[first..].iter().copied();
-            stretch.take_while(move |(other, _)| *other <= VoxelKey { x, y, z: high })
+            let column = self.columns.get(&VoxelKey { x, y, z: 0 }).cloned().unwrap_or_default();
+            let column = self.by_voxel.get(column).unwrap_or_default();
+            let first = column.partition_point(|(other, _)| other.z < low);
+            let stretch = column.iter().skip(first).copied();
+            stretch.take_while(move |(other, _)| other.z <= high)
         })
     }
 
