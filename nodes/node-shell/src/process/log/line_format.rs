@@ -6,6 +6,8 @@ mod tests;
 use std::fmt::{self, Write};
 use std::time::Duration;
 
+use chrono::{Local, TimeZone};
+
 /// Text with the names of tokens in braces.
 const FORMAT: &str = "RCUTILS_CONSOLE_OUTPUT_FORMAT";
 /// What it is where the variable is not set.
@@ -36,6 +38,7 @@ enum Part {
     Message,
     Time,
     TimeAsNanoseconds,
+    DateTimeWithMs,
     FunctionName,
     FileName,
     LineNumber,
@@ -85,6 +88,10 @@ impl LineFormat {
             Part::Message => to.write_str(line.message),
             Part::Time => write!(to, "{seconds}.{nanoseconds:09}"),
             Part::TimeAsNanoseconds => write!(to, "{}", line.time.as_nanos()),
+            Part::DateTimeWithMs => {
+                let at = Local.timestamp_opt(seconds.cast_signed(), nanoseconds).single();
+                at.map_or(Ok(()), |at| write!(to, "{}", at.format("%Y-%m-%d %H:%M:%S%.3f")))
+            }
             Part::FunctionName => to.write_str(line.function_name),
             Part::FileName => to.write_str(line.file_name),
             Part::LineNumber => write!(to, "{}", line.line_number),
@@ -95,11 +102,13 @@ impl LineFormat {
 impl Part {
     fn of_token(name: &str) -> Option<Self> {
         match name {
-            "severity" => Some(Self::Severity),
+            // The file has the same line: no colours.
+            "severity" | "severity_with_color" => Some(Self::Severity),
             "name" => Some(Self::Name),
             "message" => Some(Self::Message),
             "time" => Some(Self::Time),
             "time_as_nanoseconds" => Some(Self::TimeAsNanoseconds),
+            "date_time_with_ms" => Some(Self::DateTimeWithMs),
             "function_name" => Some(Self::FunctionName),
             "file_name" => Some(Self::FileName),
             "line_number" => Some(Self::LineNumber),

@@ -24,8 +24,18 @@ fn each_token_is_filled_in_and_what_is_none_stays() {
         ("{file_name}:{line_number} {function_name}", "src/shell.rs:7 detection::shell"),
         ("{{name}} {no_token} {", "{robot1.detection} {no_token} {"),
         ("{message} at {ti{time}", "no scan at {ti1731140000.005000001"),
+        ("{severity_with_color} {message}", "WARN no scan"),
         ("plain", "plain"),
     ] {
         assert_eq!(written(format), expected, "{format}");
     }
+}
+
+#[test]
+fn a_date_is_that_of_the_place_to_the_millisecond() {
+    let date = written("{date_time_with_ms}");
+    let parsed = chrono::NaiveDateTime::parse_from_str(&date, "%Y-%m-%d %H:%M:%S%.3f").unwrap();
+    let here = parsed.and_local_timezone(Local).single().unwrap();
+    assert_eq!(here.timestamp_millis(), 1_731_140_000_005, "{date}");
+    assert_eq!(date.len(), "2024-11-09 08:26:40.005".len());
 }
