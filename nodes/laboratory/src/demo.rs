@@ -49,7 +49,7 @@ impl DemoScene {
 pub(crate) fn run(args: &DemoArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let bag = args.out.join("demo.mcap");
     refuse_to_replace([bag.clone()], args.how.overwrite, "--out")?;
-    run::refuse_results(&args.out, args.how.overwrite)?;
+    args.how.refuse_outputs(&args.out)?;
     std::fs::create_dir_all(&args.out).map_err(|error| {
         Failure::new(format!("cannot make {}: {error}", args.out.display()))
             .fix("give a folder that can be written with --out")

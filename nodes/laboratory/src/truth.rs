@@ -37,10 +37,8 @@ pub fn score(
         Failure::new(format!("the truth in the bag cannot be used: {error}"))
     };
     // Where the mounts are those of tf, the parameters do not have them.
-    let rig_from_camera = record.camera.map_or_else(
-        || parameters.pipeline().rig.mounts().rig_from_camera,
-        |camera| camera.rig_from_camera,
-    );
+    let of_parameters = parameters.pipeline().rig.mounts().rig_from_camera;
+    let rig_from_camera = record.rig_from_camera.unwrap_or(of_parameters);
     let truth = TruthReader::open(bag, inputs, rig_from_camera, DepthLimits::default())
         .map_err(|error| wrong(&error))?;
     let Some(mut truth) = truth else { return Ok(None) };

@@ -89,6 +89,7 @@ fn room() -> RunRecord {
         map_edge_m: Some(0.02),
         camera: Some(camera()),
         rig_from_lidar: RigConfig::default().mounts().rig_from_lidar,
+        rig_from_camera: None,
         map_frame_id: "map".to_owned(),
         cycles,
         static_map: map,

@@ -47,6 +47,8 @@ pub struct RunRecord {
     pub camera: Option<RigCamera>,
     /// The scanner's frame in the rig.
     pub rig_from_lidar: Isometry3<f64>,
+    /// The mount of the depth camera, by the first cycle; `None` without a cycle.
+    pub rig_from_camera: Option<Isometry3<f64>>,
     /// The frame of both maps.
     pub map_frame_id: String,
     /// The cycles that went through all three stages, in the order of their index. A cycle that was lost

@@ -1,6 +1,6 @@
 //! The parameters that the nodes have by name: what is given for none in particular is known to one of them, or is misspelt.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use detection::shell::DetectionParameters;
@@ -8,7 +8,9 @@ use geometry::parameter::all_parameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use node_shell::RosArguments;
 use node_shell::arguments::ParameterSource;
-use node_shell::parameters::{self, NodeParameters, ParameterError, nearest_name};
+use node_shell::parameters::{
+    self, NodeParameters, ParameterError, nearest_name, nearest_name_within,
+};
 use pose::shell::PoseParameters;
 use reconstruction::shell::ReconstructionParameters;
 use segmentation::shell::SegmentationParameters;
@@ -19,6 +21,9 @@ use crate::up::PoseNode;
 
 /// What `node_shell` adds to the parameters of each node.
 const OF_EVERY_NODE: [&str; 2] = ["use_sim_time", "autostart"];
+
+/// By more letters, names of the drivers and of other nodes of a graph are like those of the suite: a unit is left out with two.
+const MOST_LETTERS_MISSPELT: usize = 2;
 
 /// The parameters that each node knows.
 pub(crate) struct KnownNames {
@@ -92,9 +97,9 @@ impl KnownNames {
         Ok(())
     }
 
-    /// What to say of the first parameter that a file has for nodes of any name, and that no node has, where one is called nearly so.
-    /// It is not refused: a file with a section `/**` is for all nodes that are started with it, and another may have it. `nodes` are full
-    /// names.
+    /// What to say of the parameters that a file has for nodes of any name, and that no node of the suite has, where one is called nearly
+    /// so. They are not refused: a file with a section `/**` is for all nodes that are started with it, and another may have them. `nodes`
+    /// are full names.
     ///
     /// # Errors
     /// When the file cannot be read as a parameter file.
@@ -102,24 +107,26 @@ impl KnownNames {
         &self,
         nodes: &[String],
         file: &Path,
-    ) -> Result<Option<String>, ParameterError> {
+    ) -> Result<Vec<String>, ParameterError> {
+        let mut shared: BTreeMap<u64, String> = BTreeMap::new();
         for node in nodes {
-            for one in parameters::shared(node, file)? {
-                let name = one.name.as_str();
-                let is_known = OF_EVERY_NODE.contains(&name)
-                    || self.all.contains(name)
-                    || self.former.contains(name);
-                if let (false, Some(nearest)) = (is_known, self.nearest(name)) {
-                    return Ok(Some(format!(
-                        "{}, line {}: `{name}` has no effect, as no node has a parameter of that name: {}",
-                        file.display(),
-                        one.line,
-                        self.proposal(nearest)
-                    )));
-                }
-            }
+            shared.extend(
+                parameters::shared(node, file)?.into_iter().map(|one| (one.line, one.name)),
+            );
         }
-        Ok(None)
+        let said = shared.into_iter().filter_map(|(line, name)| {
+            let is_known = OF_EVERY_NODE.contains(&name.as_str())
+                || self.all.contains(&name)
+                || self.former.contains(name.as_str());
+            let known = self.all.iter().map(String::as_str).filter(|_| !is_known);
+            let nearest = nearest_name_within(&name, known, MOST_LETTERS_MISSPELT)?;
+            Some(format!(
+                "{}, line {line}: no node of stillmap has a parameter `{name}`, if it is none of another node: {}",
+                file.display(),
+                self.proposal(nearest)
+            ))
+        });
+        Ok(said.collect())
     }
 
     fn nearest(&self, name: &str) -> Option<&str> {

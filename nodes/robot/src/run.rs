@@ -43,7 +43,6 @@ pub(crate) use self::findings::{SOUND_SHARE, are_many, no_cycle, no_map, of_sens
 use self::inputs::{Inputs, TopicArgs};
 use self::local::LocalRun;
 use self::output::OutputFolder;
-pub use self::output::refuse_results;
 use self::parameters::{ParameterArgs, PipelineParameters};
 pub(crate) use self::pose_topics::{PoseSource, PoseTopicKind};
 pub(crate) use self::recorder::Stage;
@@ -115,6 +114,17 @@ pub struct HowArgs {
     /// Open the report at the end, in the desktop's browser
     #[arg(long)]
     open: bool,
+}
+
+impl HowArgs {
+    /// Refuses what may not or cannot be written into a folder of results, before any work is done.
+    ///
+    /// # Errors
+    /// When something of it may not be replaced, or cannot be of this form.
+    pub fn refuse_outputs(&self, out: &Path) -> Result<(), Failure> {
+        output::refuse_results(out, self.overwrite)?;
+        self.drawings.refuse(self.overwrite)
+    }
 }
 
 /// How the stages of a run are connected.
@@ -205,7 +215,7 @@ fn run_sequence(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     // What can be refused is refused before the import.
-    refuse_results(&args.out, args.how.overwrite)?;
+    args.how.refuse_outputs(&args.out)?;
     PipelineParameters::load(&args.how.parameters)?;
     let folder = folder_for_bag()?;
     let bag = folder.path().join(format!("{}.mcap", bag_name(&args.bag)));
@@ -236,8 +246,7 @@ pub fn run_bag(
     scoring: Option<Scoring>,
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
-    refuse_results(out, how.overwrite)?;
-    how.drawings.refuse(how.overwrite)?;
+    how.refuse_outputs(out)?;
     let chosen = Chosen::of(bag_path, topics, (&how.parameters, how.no_colour), interrupt)?;
     let Chosen { bag, info, added_scans, inputs, parameters, notes } = chosen;
     notes.into_iter().for_each(console::note);
@@ -450,9 +459,9 @@ fn print_summary(
         console::print("")?;
     }
     let path = folder.path().display();
-    console::print(format_args!(
-        "map: {path}/map.ply, map.pcd; removed: {path}/dynamic/; figures: {path}/summary.json"
-    ))?;
+    let has_map = summary.map.points > 0;
+    let map = if has_map { format!("map: {path}/map.ply, map.pcd; ") } else { String::new() };
+    console::print(format_args!("{map}removed: {path}/dynamic/; figures: {path}/summary.json"))?;
     if let Some(pictures) = drawings.list(folder.path()) {
         console::print(format_args!("pictures: {pictures}"))?;
     }

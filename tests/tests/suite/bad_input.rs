@@ -335,7 +335,7 @@ fn a_misspelt_parameter_for_all_nodes_is_said() {
         let output = stillmap(arguments);
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {stderr}");
-        let wanted = "all.yaml, line 3: `max_stop` has no effect";
+        let wanted = "all.yaml, line 3: no node of stillmap has a parameter `max_stop`";
         assert!(stderr.contains(wanted) && stderr.contains("`max_stop_s`"), "{stderr}");
     }
 }

@@ -33,7 +33,7 @@ pub use error::{ParameterError, ValueOrigin};
 use file::OfFile;
 pub use node_parameters::{NoParameters, NodeParameters};
 pub(crate) use overlay::Overlay;
-pub use overlay::nearest_name;
+pub use overlay::{nearest_name, nearest_name_within};
 pub(crate) use text::help;
 pub use text::{
     SharedParameters, accepted_numbers, meaning, parameter_file, shared_parameter_file, type_name,

@@ -98,7 +98,8 @@ impl CycleRun {
         })
     }
 
-    /// Where the scans come from, where the bag has none, and the poses, where it is not a topic of PoseStamped.
+    /// Where the scans come from, where the bag has none, and the poses, where it is not a topic of PoseStamped; and which parameters are
+    /// likely misspelt.
     #[must_use]
     pub fn note(&self) -> Option<String> {
         (!self.notes.is_empty()).then(|| self.notes.join("\n"))

@@ -61,7 +61,7 @@ fn mesh_name(form: MeshForm) -> String {
 ///
 /// # Errors
 /// With the first of them.
-pub fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure> {
+pub(super) fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let results = RESULTS.map(|name| out.join(name));
     let meshes = MeshForm::ALL.map(|form| out.join(mesh_name(form)));
     let removed = fs::read_dir(out.join(DYNAMIC_FOLDER)).into_iter().flatten().flatten();

@@ -49,8 +49,8 @@ impl ParameterArgs {
         let failed = |error: ParameterError| Failure::new(error.to_string());
         let known = KnownNames::all().map_err(failed)?;
         let nodes = NODES.map(|node| format!("/{node}"));
-        let said = self.files.iter().filter_map(|file| known.misspelt(&nodes, file).transpose());
-        said.collect::<Result<_, _>>().map_err(failed)
+        let said = self.files.iter().map(|file| known.misspelt(&nodes, file));
+        Ok(said.collect::<Result<Vec<_>, _>>().map_err(failed)?.concat())
     }
 }
 
@@ -361,7 +361,11 @@ mod tests {
         };
         let said = said_of("max_stop: 20.0");
         assert_eq!(said.len(), 1, "{said:?}");
-        for wanted in ["line 4", "`max_stop` has no effect", "`max_stop_s`, of detection"] {
+        for wanted in [
+            "line 4",
+            "no node of stillmap has a parameter `max_stop`",
+            "`max_stop_s`, of detection",
+        ] {
             assert!(said[0].contains(wanted), "{wanted}: {said:?}");
         }
         // Of other nodes of the same graph, of every node, of a node that `run` does not start, and by a former name.
@@ -370,6 +374,9 @@ mod tests {
             "use_sim_time: true",
             "loop_closing: true",
             "stopped_object_s: 9.0",
+            "odom_frame: odom",
+            "base_frame: base_link",
+            "publish_rate: 9.0",
         ] {
             assert_eq!(said_of(known), Vec::<String>::new(), "{known}");
         }

@@ -289,6 +289,7 @@ impl Recorder {
             map_edge_m: self.pipeline.depth_map_edge_m(),
             camera: self.views.camera(),
             rig_from_lidar: self.views.rig_from_lidar(),
+            rig_from_camera: self.views.rig_from_camera(),
             map_frame_id: run.map_frame_id,
             cycles,
             drops,

@@ -58,9 +58,9 @@ impl SuiteParameters {
         for source in &arguments.parameters {
             // A file that cannot be read is refused by the node that reads it.
             if let ParameterSource::File(file) = source
-                && let Ok(Some(misspelt)) = known.misspelt(&nodes, file)
+                && let Ok(misspelt) = known.misspelt(&nodes, file)
             {
-                tracing::warn!("{misspelt}");
+                misspelt.iter().for_each(|misspelt| tracing::warn!("{misspelt}"));
             }
         }
         let reader = Reader { arguments, all: &known.all };

@@ -137,12 +137,24 @@ where
 
 /// The name that is spelt most like another one; `None` where none is like it.
 pub fn nearest_name<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    known
-        .into_iter()
-        .map(|other| (edit_distance(name, other), other))
-        .min()
-        .filter(|(distance, other)| *distance <= other.len().max(3) / 3)
-        .map(|(_, other)| other)
+    let (distance, other) = nearest(name, known)?;
+    (distance <= other.len().max(3) / 3).then_some(other)
+}
+
+/// The same, if it differs by so many letters at most.
+pub fn nearest_name_within<'a>(
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    most_letters: usize,
+) -> Option<&'a str> {
+    let as_long =
+        known.into_iter().filter(|other| other.len().abs_diff(name.len()) <= most_letters);
+    let (distance, other) = nearest(name, as_long)?;
+    (distance <= most_letters).then_some(other)
+}
+
+fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<(usize, &'a str)> {
+    known.into_iter().map(|other| (edit_distance(name, other), other)).min()
 }
 
 fn at<'a>(tree: &'a Value, key: &str) -> Option<&'a Value> {

@@ -133,19 +133,24 @@ fn sensors(facts: &BagFacts) -> Vec<(&str, &str)> {
     }
 }
 
-/// Fixed transforms that say where a sensor is, and were recorded long after it: who plays the bag does not know the place until then.
+/// Fixed transforms that say where a sensor is, and were recorded long after its first message: who plays the bag does not know the
+/// place until then.
 fn late_transforms(facts: &BagFacts) -> Option<Finding> {
-    let begin = facts.begin?;
-    let above = facts.transforms.above(sensors(facts).into_iter().map(|(_, frame)| frame));
-    let of_sensors = facts.fixed_since.iter().filter(|(frame, _)| above.contains(frame.as_str()));
-    let (frame, since) = of_sensors.max_by_key(|(_, since)| **since)?;
-    let late_s = since.seconds_since(begin);
+    let late = sensors(facts).into_iter().filter_map(|(topic, frame)| {
+        let begun = *facts.begun.get(topic)?;
+        let above = facts.transforms.above(std::iter::once(frame));
+        let of_sensor =
+            facts.fixed_since.iter().filter(|(fixed, _)| above.contains(fixed.as_str()));
+        let (fixed, since) = of_sensor.max_by_key(|(_, since)| **since)?;
+        Some((since.seconds_since(begun), fixed, topic))
+    });
+    let (late_s, fixed, topic) = late.max_by(|one, other| one.0.total_cmp(&other.0))?;
     (late_s > LONGEST_LATE_S).then(|| {
         Finding::warn(
             Check::Transforms,
-            format!("{TF_STATIC}: {frame} is recorded {late_s:.1} s after the first message of a sensor"),
-            "record /tf_static from the start (transient local, as `ros2 bag record` and `stillmap record` take it); `stillmap run` and `filter` \
-             read it beforehand, `stillmap play` and `ros2 bag play` do not",
+            format!("{TF_STATIC}: {fixed} is recorded {late_s:.1} s after the first message on {topic}"),
+            "record /tf_static from the start (transient local, as `ros2 bag record` and `stillmap record` take it); `stillmap filter` and \
+             `run` (local) read it beforehand, `stillmap play` and `ros2 bag play` do not",
         )
     })
 }

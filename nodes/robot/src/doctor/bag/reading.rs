@@ -17,6 +17,9 @@ use crate::import::AddedScans;
 use crate::progress::Progress;
 use crate::run::inputs::{Inputs, TF_STATIC, TopicArgs, ViewTopics};
 
+/// Frames with a fixed transform beyond this many are not looked at.
+const MOST_FRAMES: usize = 4096;
+
 /// What is known of a bag.
 pub(super) struct BagFacts {
     pub(super) info: BagInfo,
@@ -30,8 +33,8 @@ pub(super) struct BagFacts {
     pub(super) transforms: TransformFacts,
     /// When the first fixed transform of each frame was recorded.
     pub(super) fixed_since: BTreeMap<String, Stamp>,
-    /// When the first message that a run would read was recorded.
-    pub(super) begin: Option<Stamp>,
+    /// When the first message of each topic was recorded that a run would read.
+    pub(super) begun: BTreeMap<String, Stamp>,
     pub(super) losses: Vec<Loss>,
 }
 
@@ -81,20 +84,22 @@ impl BagFacts {
         // All topics: damage in a chunk is found only if the chunk is read.
         let mut messages = bag.messages(&Selection::default()).map_err(fail)?;
         let mut transforms = TransformFacts::default();
-        let (mut fixed_since, mut begin) = (BTreeMap::new(), None);
+        let (mut fixed_since, mut begun) = (BTreeMap::new(), BTreeMap::new());
         for message in messages.by_ref() {
             let message = message.map_err(fail)?;
             progress.advance();
             if let Some(facts) = facts.get_mut(&*message.topic) {
                 facts.take(&message);
-                if facts.is_chosen {
-                    begin.get_or_insert(message.log_time);
+                if facts.is_chosen && !begun.contains_key(&*message.topic) {
+                    begun.insert(message.topic.to_string(), message.log_time);
                 }
             } else if let Ok(tf) = message.decode::<TFMessage>() {
                 let is_fixed = *message.topic == *TF_STATIC;
                 for transform in tf.transforms.iter().filter(|_| is_fixed) {
                     let frame = transform.child_frame_id.trim_start_matches('/');
-                    fixed_since.entry(frame.to_owned()).or_insert(message.log_time);
+                    if fixed_since.len() < MOST_FRAMES {
+                        fixed_since.entry(frame.to_owned()).or_insert(message.log_time);
+                    }
                 }
                 transforms.take(&tf, is_fixed);
             }
@@ -108,7 +113,7 @@ impl BagFacts {
             topics: facts,
             transforms,
             fixed_since,
-            begin,
+            begun,
             losses,
         })
     }

@@ -19,6 +19,7 @@ pub(super) struct Views {
     waiting_scans: VecDeque<(Stamp, ScanView)>,
     camera: Option<RigCamera>,
     rig_from_lidar: Isometry3<f64>,
+    rig_from_camera: Option<Isometry3<f64>>,
 }
 
 impl Default for Views {
@@ -29,6 +30,7 @@ impl Default for Views {
             waiting_scans: VecDeque::new(),
             camera: None,
             rig_from_lidar: Isometry3::identity(),
+            rig_from_camera: None,
         }
     }
 }
@@ -37,6 +39,7 @@ impl Views {
     /// Detection's result with its cloud and image.
     pub(super) fn detected(&mut self, cycle: &DetectedCycle) {
         self.rig_from_lidar = cycle.setup.mounts.rig_from_lidar;
+        self.rig_from_camera.get_or_insert(cycle.setup.mounts.rig_from_camera);
         if let (None, Some(frame)) = (&self.camera, &cycle.depth) {
             let rig_from_camera = cycle.setup.mounts.rig_from_camera;
             self.camera = Some(RigCamera { model: *frame.camera(), rig_from_camera });
@@ -86,6 +89,10 @@ impl Views {
     }
 
     /// The scanner in the rig, as the latest cycle had it.
+    pub(super) fn rig_from_camera(&self) -> Option<Isometry3<f64>> {
+        self.rig_from_camera
+    }
+
     pub(super) fn rig_from_lidar(&self) -> Isometry3<f64> {
         self.rig_from_lidar
     }
