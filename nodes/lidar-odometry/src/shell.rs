@@ -67,6 +67,7 @@ pub async fn serve(node: &Node, parameters: LidarOdometryParameters) -> Result<(
                 // Packets of the scanner itself arrive in every state.
                 if lifecycle.is_active() {
                     stage.take(arrival);
+                    node_shell::let_peers_run().await;
                 }
             }
         }

@@ -81,7 +81,10 @@ pub async fn serve(node: &Node, parameters: PoseParameters) -> Result<(), NodeFa
             request = save_map.next(), if saving.is_idle() => saving.begin(request, stage.to_be_saved()),
             request = load_map.next() => request.answer(stage.load_map()),
             request = begin_anew.next() => request.answer(stage.begin_anew()),
-            arrival = stage.next() => stage.take(arrival),
+            arrival = stage.next() => {
+                stage.take(arrival);
+                node_shell::let_peers_run().await;
+            }
         }
     }
     if !saving.is_idle() {
