@@ -3,11 +3,13 @@
 use std::fmt;
 
 use bag_player::Loss;
+use detection::shell::IMAGE_WITHOUT_CALIBRATION;
 use geometry::Method;
 use node_shell::RAISE_RECEIVE_BUFFER;
 use reconstruction::BoundReached;
 use report::{CycleRecord, RunRecord};
 
+use super::Stage;
 use super::inputs::{Inputs, ViewTopics};
 use super::recorder::UNUSABLE;
 use crate::doctor::FARTHEST_M;
@@ -90,7 +92,10 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
         );
     }
     let cycles = record.cycles.len();
-    let by_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
+    // Images are more than scans: those before the first calibration are no scans.
+    let by_detection = record.drops.iter().filter(|drop| {
+        drop.topic_or_stage == Stage::Detection.name() && drop.reason != IMAGE_WITHOUT_CALIBRATION
+    });
     let dropped: u64 = by_detection.map(|drop| drop.count).sum();
     if are_many(dropped, cycles) {
         findings.push(
