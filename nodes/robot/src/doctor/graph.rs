@@ -10,6 +10,7 @@ mod participants;
 mod proposal;
 mod received;
 mod reports;
+mod results;
 #[cfg(test)]
 mod synthetic;
 

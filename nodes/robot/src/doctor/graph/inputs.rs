@@ -6,7 +6,7 @@ use msgs::geometry_msgs::PoseStamped;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
 use node_shell::{Role, RosArguments, names::NameError};
 
-use super::{Check, Finding, GraphView, owners};
+use super::{Check, Finding, GraphView, owners, results};
 
 const CHECK: Check = Check::Inputs;
 /// The node that resolves the names.
@@ -139,7 +139,8 @@ fn nobody_publishes(view: &GraphView, input: &SuiteTopic) -> Finding {
         what += &format!("; {waiting} waits for it");
     }
     let mut elsewhere = view.published(type_name);
-    elsewhere.retain(|other| !view.suite.contains(other));
+    let results = results::of_suite(&view.endpoints);
+    elsewhere.retain(|other| !view.suite.contains(other) && !results.contains(other));
     let fix = match elsewhere.as_slice() {
         [] => format!("start the driver of {name}; nobody here publishes a {type_name}"),
         [only] => {

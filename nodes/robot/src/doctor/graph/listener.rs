@@ -13,6 +13,7 @@ use msgs::tf2_msgs::TFMessage;
 use node_shell::{DiscoveredEndpoint, Node, Qos, Role, ShellError, Subscription};
 
 use super::received::ReceivedTopic;
+use super::results;
 use crate::doctor::content::{Observed, TransformFacts};
 use crate::run::inputs::{TF, TF_STATIC};
 
@@ -67,9 +68,11 @@ impl GraphListener {
             .chain(&self.large)
             .map(|listener| listener.topic().to_owned())
             .collect();
+        let results = results::of_suite(survey);
+        let is_input = |topic: &str| !known.contains(topic) && !results.contains(topic);
         let mut new: Vec<_> = survey
             .iter()
-            .filter(|one| one.role == Role::Publisher && !known.contains(&one.topic))
+            .filter(|one| one.role == Role::Publisher && is_input(&one.topic))
             .map(|one| (one.topic.as_str(), one.type_name.as_str()))
             .collect();
         new.dedup();

@@ -1,6 +1,6 @@
 //! Listening to the live graph for a moment.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
 
 use msgs::diagnostic_msgs::DiagnosticStatus;
@@ -11,7 +11,7 @@ use tokio::time::Instant;
 
 use super::listener::GraphListener;
 use super::received::{self, ReceivedTopic};
-use super::{GraphView, SuiteTopics};
+use super::{GraphView, SuiteTopics, results};
 use crate::doctor::content::TransformFacts;
 use crate::doctor::machine::KernelDrops;
 
@@ -84,13 +84,21 @@ async fn observe(node: &Node, listening: Listening) -> Result<Seen, ShellError> 
         }
     }
     let dropped = KernelDrops::read().zip(drops_before).map(|(now, before)| now.since(&before));
+    let endpoints = node.survey();
+    // The nodes of some topics may have been announced after the topics.
+    let results: BTreeSet<String> =
+        results::of_suite(&endpoints).into_iter().map(str::to_owned).collect();
     Ok(Seen {
         listened_s: start.elapsed().as_secs_f64(),
         is_interrupted: shutdown.is_triggered(),
-        endpoints: node.survey(),
+        endpoints,
         reports: listener.reports.values().cloned().collect(),
         transforms: listener.transforms.clone(),
-        received: listener.into_received(),
+        received: listener
+            .into_received()
+            .into_iter()
+            .filter(|(topic, _)| !results.contains(topic))
+            .collect(),
         dropped,
         links: node.zenoh_links(),
     })

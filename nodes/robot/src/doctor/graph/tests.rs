@@ -65,3 +65,31 @@ fn without_a_router_of_zenoh_the_doctor_says_how_to_start_one() {
     assert_finding(&findings[0], Severity::Warn, &["RMW_IMPLEMENTATION=rmw_zenoh_cpp"]);
     assert!(!findings[0].line(false).contains("multicast"), "{findings:?}");
 }
+
+/// Regression: with the drivers down the suite was to be fed with what it publishes itself, and its own outputs were found to be empty.
+#[test]
+fn what_the_suite_publishes_is_no_input_of_it() {
+    const REPORT: &str = "stillmap_msgs/msg/StageReport";
+    let suite = vec![
+        subscription("/scan", SCAN, "/detection"),
+        publisher("/segmentation/report", REPORT, "/segmentation"),
+        publisher("/dynamic_scan", SCAN, "/segmentation"),
+        publisher("/static_depth/image", IMAGE, "/segmentation"),
+        publisher("/static_cloud", POINTS, "/segmentation"),
+    ];
+    assert_eq!(
+        results::of_suite(&suite),
+        BTreeSet::from(["/dynamic_scan", "/static_depth/image", "/static_cloud"])
+    );
+    let said: Vec<String> =
+        inputs::missing(&view(suite.clone())).iter().map(|one| format!("{one:?}")).collect();
+    assert!(said.iter().any(|one| one.contains("start the driver of scan")), "{said:?}");
+    assert!(said.iter().all(|one| !one.contains("dynamic_scan")), "{said:?}");
+    // A player of a recording of the suite publishes inputs, and so does a driver of the same topic.
+    let mut played = suite;
+    played[1] = publisher("/segmentation/report", REPORT, "/bag_player");
+    assert!(results::of_suite(&played).is_empty());
+    played[1] = publisher("/segmentation/report", REPORT, "/segmentation");
+    played.push(publisher("/dynamic_scan", SCAN, "/driver"));
+    assert!(!results::of_suite(&played).contains("/dynamic_scan"));
+}
