@@ -64,6 +64,8 @@ pub struct CycleSetup {
     pub rig_from_lidar: Pose,
     /// Pose of the depth camera in the colour camera.
     pub colour_from_depth: Pose,
+    /// The box around the robot itself in the rig, in metres: its least corner, then its greatest; zeros where there is none.
+    pub robot_box: [f64; 6],
 }
 ros_message!(CycleSetup, "stillmap_msgs");
 

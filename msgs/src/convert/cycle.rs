@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use geometry::{
-    Cloud, CycleSetup, DetectedCycle, Method, MovingBeam, RigMounts, ScanRay, SegmentedCycle,
-    is_finite,
+    Cloud, CycleSetup, DetectedCycle, Method, MovingBeam, RigMounts, RobotBox, ScanRay,
+    SegmentedCycle, is_finite,
 };
 use nalgebra::Point3;
 
@@ -198,6 +198,8 @@ fn setup_from_message(message: &stillmap_msgs::CycleSetup) -> Result<CycleSetup,
             rig_from_lidar: isometry_from_pose(&message.rig_from_lidar)?,
         },
         colour_from_depth: isometry_from_pose(&message.colour_from_depth)?,
+        robot: RobotBox::of_corners(&message.robot_box)
+            .map_err(|error| ConvertError::RobotBox(Box::new(error)))?,
     })
 }
 
@@ -210,6 +212,7 @@ fn message_from_setup(setup: &CycleSetup) -> stillmap_msgs::CycleSetup {
         rig_from_camera: pose_from_isometry(&setup.mounts.rig_from_camera),
         rig_from_lidar: pose_from_isometry(&setup.mounts.rig_from_lidar),
         colour_from_depth: pose_from_isometry(&setup.colour_from_depth),
+        robot_box: setup.robot.map_or([0.0; 6], |robot| robot.corners_m()),
     }
 }
 
@@ -253,6 +256,7 @@ mod tests {
                     rig_from_lidar: pose_from_vector(&[0.1, -0.02, -0.8, 0.1, 0.2, 0.3]),
                 },
                 colour_from_depth: pose_from_vector(&[-0.052, 0.001, 0.002, 0.01, 0.0, -0.01]),
+                robot: RobotBox::of_corners(&[-0.3, -0.2, -0.9, 0.25, 0.2, 0.1]).unwrap(),
             },
             scan_stamp: Stamp::from_nanos(1_700_000_000_100_000_000),
             reduced_cloud: Cloud {

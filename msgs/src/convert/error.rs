@@ -21,6 +21,9 @@ pub enum ConvertError {
         /// Its name.
         method: String,
     },
+    /// The box around the robot is none.
+    #[error("CycleSetup: {0}")]
+    RobotBox(Box<geometry::ParameterError>),
     /// A cycle has more than one depth image.
     #[error("depth has {frames} images; a cycle has one, or none")]
     DepthFrames {

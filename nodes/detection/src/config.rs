@@ -4,7 +4,7 @@ mod free_space;
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use geometry::{PipelineConfig, PoseBuffer};
+use geometry::{ParameterError, PipelineConfig, PoseBuffer, RobotBox};
 
 pub use free_space::FreeSpaceConfig;
 
@@ -40,6 +40,10 @@ geometry::parameters! {
         /// Width of the forward aperture whose beams are used: 90 degrees. With `free_space`, all are where the camera looks beside it.
         // Rec-HV 3.2.1: of the 360 degrees only 90 are analysed.
         aperture_rad: f64 = FRAC_PI_2, above_to(0.0, TAU);
+        /// Box of the rig in which everything is the robot itself: [x_min_m, y_min_m, z_min_m, x_max_m, y_max_m, z_max_m]. What the sensors see
+        /// in it, a bumper, an arm, the posts before the scanner, is in no map, moves nothing, and is taken out of what segmentation publishes of
+        /// scans, depth images and clouds. Zeros: there is none.
+        robot_box_m: [f64; 6] = [0.0; 6];
         /// Scans in the moving window.
         // n. Rec-HV experiment 2: of 2 .. 7, the value that keeps the object's shape.
         window_scans: usize = 3, whole(2, 1000);
@@ -76,6 +80,21 @@ geometry::parameters! {
         /// What only the method `free_space` reads.
         free_space: FreeSpaceConfig as flatten, read_with("method", "free_space");
     }
+    check = Self::check_robot;
+}
+
+impl DetectionConfig {
+    /// The box around the robot, where there is one.
+    ///
+    /// # Errors
+    /// When the parameter describes none.
+    pub fn robot(&self) -> Result<Option<RobotBox>, ParameterError> {
+        RobotBox::of_corners(&self.robot_box_m)
+    }
+
+    fn check_robot(&self) -> Result<(), ParameterError> {
+        self.robot().map(|_| ())
+    }
 }
 
 #[cfg(test)]
@@ -97,7 +116,8 @@ mod tests {
     #[test]
     fn each_bad_parameter_is_named() {
         type Spoil = fn(&mut DetectionConfig);
-        let cases: [(&str, Spoil); 13] = [
+        let cases: [(&str, Spoil); 14] = [
+            ("robot_box_m", |c| c.robot_box_m = [0.1, 0.0, 0.0, 0.0, 0.1, 0.1]),
             ("aperture_rad", |c| c.aperture_rad = 7.0),
             ("window_scans", |c| c.window_scans = 1),
             ("min_std_dev_m", |c| c.min_std_dev_m = f64::NAN),

@@ -14,7 +14,7 @@ use finder::Finder;
 use geometry::{
     Cloud, CloudCamera, CycleSetup, DepthFrame, DepthLimits, DepthProjector, DetectedCycle,
     MapPath, Method, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts,
-    Scan, ScanError, UnusablePose, VoxelAccumulator, check_pose, pose_vector,
+    RobotPixels, Scan, ScanError, UnusablePose, VoxelAccumulator, check_pose, pose_vector,
 };
 use nalgebra::{Isometry3, Vector3};
 use surround::{ScanBeams, Surround};
@@ -45,7 +45,7 @@ impl Detector {
     /// When a parameter is out of its range.
     pub fn new(config: DetectionConfig) -> Result<Self, ParameterError> {
         config.validate()?;
-        let setup = config.pipeline.setup();
+        let setup = CycleSetup { robot: config.robot()?, ..config.pipeline.setup() };
         let grid = config.pipeline.voxel_grid()?;
         let mut detector = Self {
             setup,
@@ -77,7 +77,13 @@ impl Detector {
     pub fn depth_projector(&self, rays: RayTable) -> DepthProjector {
         let frame_id = &self.config.pipeline.rig.rig_frame_id;
         let rig_from_camera = &self.setup.mounts.rig_from_camera;
-        DepthProjector::new(rays, DepthLimits::default(), rig_from_camera, frame_id)
+        let robot = self.setup.robot.map(|robot| RobotPixels::new(&robot, &rays, rig_from_camera));
+        let projector =
+            DepthProjector::new(rays, DepthLimits::default(), rig_from_camera, frame_id);
+        match robot {
+            Some(robot) => projector.without_robot(robot),
+            None => projector,
+        }
     }
 
     /// One cycle. `observe` is called at the end of each stage.
@@ -98,7 +104,10 @@ impl Detector {
         let (depth, not_pinhole) = self.depth_frame(input.view);
 
         // 3.2.1, eq. 1: the beams, and those of the aperture.
-        let (beams, window_restarted) = self.crop(input.scan)?;
+        let (mut beams, window_restarted) = self.crop(input.scan)?;
+        if let Some(robot) = &self.setup.robot {
+            beams.leave_out(robot, input.scan, &self.setup.mounts.rig_from_lidar);
+        }
         // 3.2.1.1 to 3.2.2, or what stands in observed free space: where something moves.
         let rig_from_lidar = &self.setup.mounts.rig_from_lidar;
         let found = self.finder.find(input, &beams, rig_from_lidar, &mut observe);
@@ -255,7 +264,10 @@ impl Detector {
             View::PointsInCamera(cloud) => cloud,
             View::OrganisedPoints(cloud) => cloud.cloud(),
         };
-        let cloud = in_camera.clone().transformed(&self.setup.mounts.rig_from_camera, frame_id);
+        let mut cloud = in_camera.clone().transformed(&self.setup.mounts.rig_from_camera, frame_id);
+        if let Some(robot) = &self.setup.robot {
+            cloud.points_m.retain(|point| !robot.contains(&point.cast()));
+        }
         self.voxels.clear();
         self.voxels.push_all(&cloud.points_m);
         let (points_m, voxel_points) = self.voxels.finish_counted();

@@ -113,6 +113,18 @@ impl DepthImage {
         Self::of_millimetres(self.stamp, self.frame_id.clone(), size_px, pixels)
     }
 
+    /// The same image, in which these pixels measured nothing.
+    pub(crate) fn without(&self, pixels: impl Iterator<Item = usize>) -> Self {
+        let mut image = self.clone();
+        for pixel in pixels {
+            match &mut image.pixels {
+                DepthPixels::Millimetres(depths_mm) => clear_at(depths_mm, pixel),
+                DepthPixels::Metres(depths_m) => clear_at(depths_m, pixel),
+            }
+        }
+        image
+    }
+
     /// The image of `width_px * height_px` pixels: the caller has as many.
     pub(crate) fn of_millimetres(
         stamp: Stamp,
@@ -158,6 +170,13 @@ impl DepthImage {
                 (depth_m.is_finite() && depth_m > 0.0).then_some(depth_m)
             }
         }
+    }
+}
+
+/// Sets a value to that of a pixel that measured nothing.
+fn clear_at<T: Default>(depths: &mut [T], pixel: usize) {
+    if let Some(depth) = depths.get_mut(pixel) {
+        *depth = T::default();
     }
 }
 

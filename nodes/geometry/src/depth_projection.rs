@@ -3,6 +3,7 @@
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -12,7 +13,9 @@ use nalgebra::Isometry3;
 use crate::camera::{RayRow, RayTable};
 use crate::point_block::PointBlock;
 use crate::rigid::RigidTransform;
-use crate::{Cloud, DepthFrame, DepthImage, VoxelAccumulator, VoxelBox, VoxelGrid, VoxelKey};
+use crate::{
+    Cloud, DepthFrame, DepthImage, RobotPixels, VoxelAccumulator, VoxelBox, VoxelGrid, VoxelKey,
+};
 
 /// Which depths are taken for real, bounds included. Depth is measured along the optical axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -87,6 +90,7 @@ pub struct DepthProjector {
     limits: DepthLimits,
     target_frame_id: String,
     target_from_camera: RigidTransform,
+    robot: Option<RobotPixels>,
 }
 
 /// A depth image's points after the voxel grid.
@@ -115,7 +119,14 @@ impl DepthProjector {
             limits,
             target_frame_id: target_frame_id.to_owned(),
             target_from_camera: RigidTransform::new(target_from_camera),
+            robot: None,
         }
+    }
+
+    /// The same, whose clouds are without what these pixels show of the robot itself.
+    #[must_use]
+    pub fn without_robot(self, robot: RobotPixels) -> Self {
+        Self { robot: Some(robot), ..self }
     }
 
     /// The rays of the camera.
@@ -174,10 +185,19 @@ impl ProjectableDepth<'_> {
         DepthFrame::of_its_size(Arc::clone(self.image), self.projector.rays.clone())
     }
 
+    /// The image without the robot.
+    fn without_robot(&self) -> Cow<'_, DepthImage> {
+        match &self.projector.robot {
+            Some(robot) => Cow::Owned(self.image.without(robot.shown_in(self.image))),
+            None => Cow::Borrowed(self.image),
+        }
+    }
+
     /// The points of the image, row by row.
     #[must_use]
     pub fn cloud(&self) -> Cloud {
-        let Self { image, projector } = self;
+        let projector = self.projector;
+        let image = &*self.without_robot();
         let mut points_m = Vec::with_capacity(image.width_px() * image.height_px());
         projector.for_each_block(image, PixelArea::of(image), |_, block| {
             points_m.extend(block.finite_points());
@@ -190,7 +210,8 @@ impl ProjectableDepth<'_> {
     /// is dropped.
     #[must_use]
     pub fn reduce(&self, accumulator: &mut VoxelAccumulator) -> ReducedDepth {
-        let Self { image, projector } = self;
+        let projector = self.projector;
+        let image = &*self.without_robot();
         accumulator.clear();
         projector.for_each_block(image, PixelArea::of(image), |_, block| {
             accumulator.push_block(block);

@@ -54,6 +54,7 @@ mod pose;
 mod revolution;
 mod rig;
 mod rigid;
+mod robot_box;
 mod scan;
 mod scan_from_depth;
 mod scan_ray;
@@ -97,6 +98,7 @@ pub use pose::{
 };
 pub use revolution::{LidarReturn, Revolution, RevolutionSizeError};
 pub use rig::{ExtrinsicsSource, RigConfig, RigMounts, is_same_mount};
+pub use robot_box::{RobotBox, RobotPixels};
 pub use scan::{BeamOrder, Scan, ScanError};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use scan_ray::ScanRay;

@@ -6,7 +6,8 @@ use nalgebra::Isometry3;
 
 use crate::rig::mount_text;
 use crate::{
-    ExtrinsicsSource, Method, ParameterError, RigConfig, RigMounts, VoxelGrid, is_same_mount,
+    ExtrinsicsSource, Method, ParameterError, RigConfig, RigMounts, RobotBox, VoxelGrid,
+    is_same_mount,
 };
 
 crate::parameters! {
@@ -54,6 +55,8 @@ pub struct CycleSetup {
     /// Takes a point of the depth camera's optical frame to that of the colour camera, by detection's parameter; the identity
     /// without one. No node compares it: detection alone is told.
     pub colour_from_depth: Isometry3<f64>,
+    /// The box around the robot itself, by detection's parameter. No node compares it, either.
+    pub robot: Option<RobotBox>,
 }
 
 impl Default for CycleSetup {
@@ -140,6 +143,7 @@ impl PipelineConfig {
             max_stop_s: if self.method == Method::FreeSpace { self.max_stop_s } else { 0.0 },
             mounts: self.rig.mounts(),
             colour_from_depth: Isometry3::identity(),
+            robot: None,
         }
     }
 

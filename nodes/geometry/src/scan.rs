@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use crate::Stamp;
@@ -132,6 +133,14 @@ impl Scan {
         let range_m = *self.ranges_m.get(index)?;
         let within_limits = range_m >= self.range_min_m && range_m <= self.range_max_m;
         (range_m.is_finite() && range_m > 0.0 && within_limits).then_some(range_m)
+    }
+
+    /// Where beam `index` ended, in the scan frame; `None` where it has no real return.
+    #[must_use]
+    pub fn hit_m(&self, index: usize) -> Option<Point3<f64>> {
+        let range_m = f64::from(self.measured_range_m(index)?);
+        let (sin, cos) = self.azimuth_rad(index).sin_cos();
+        Some(Point3::new(range_m * cos, range_m * sin, 0.0))
     }
 }
 

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use geometry::{
     BuildVoxelHasher, CameraModel, CloudCamera, DepthFrame, DepthFrameError, DepthImage,
-    MovingBeam, OrganisedCloud, Scan, Stamp, VoxelGrid, VoxelKey,
+    MovingBeam, OrganisedCloud, RobotBox, Scan, Stamp, VoxelGrid, VoxelKey,
 };
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -82,8 +82,8 @@ impl MotionFilter {
         self.verdicts.back().is_some_and(|last| last.view_stamp >= stamp)
     }
 
-    /// The beams of a scan that hit what moves, by rising index: those of the scan's own cycle, and those that end beside moving
-    /// points. `None` where no cycle is near.
+    /// The beams of a scan that hit what moves, or the robot itself, by rising index: those of the scan's own cycle, and those that end
+    /// beside moving points. `None` where no cycle is near.
     #[must_use]
     pub fn beams(&self, scan: &Scan) -> Option<Vec<MovingBeam>> {
         let own = self.verdicts.iter().rev().find(|one| one.scan_stamp == scan.stamp);
@@ -99,16 +99,15 @@ impl MotionFilter {
             if let Ok(place) = known.binary_search_by_key(&beam, |known| known.index) {
                 return Some(known[place]);
             }
-            let range_m = f64::from(scan.measured_range_m(index)?);
-            let (sin, cos) = scan.azimuth_rad(index).sin_cos();
-            let hit = rig_from_lidar * Point3::new(range_m * cos, range_m * sin, 0.0);
-            let is_beside = self.is_beside(&voxels, &hit.cast::<f32>());
-            is_beside.then_some(MovingBeam { index: beam, background_m: None })
+            let hit = rig_from_lidar * scan.hit_m(index)?;
+            let is_of_robot = verdict.robot.is_some_and(|robot| robot.contains(&hit));
+            let is_taken = is_of_robot || self.is_beside(&voxels, &hit.cast::<f32>());
+            is_taken.then_some(MovingBeam { index: beam, background_m: None })
         });
         Some(beams.collect())
     }
 
-    /// The pixels of a depth image that show what moves, row by row; `None` where no cycle is near.
+    /// The pixels of a depth image that show what moves, or the robot itself, row by row; `None` where no cycle is near.
     ///
     /// # Errors
     /// When the image is not of this camera.
@@ -130,16 +129,18 @@ impl MotionFilter {
             self.views.keep(&frame, &rig_from_camera, (&is_moving, &moving), &self.grid);
             return Ok(Some(is_moving));
         }
-        if moving.is_empty() {
+        let robot = verdict.robot;
+        if moving.is_empty() && robot.is_none() {
             self.views.keep_nothing(image.stamp, &rig_from_camera);
             return Ok(Some(vec![false; image.pixels().len()]));
         }
         let frame = DepthFrame::new(Arc::clone(image), *camera)?;
         let floor_in_rig = self.floor_in_rig(verdict, image.stamp);
-        Ok(Some(self.mask(&frame, &rig_from_camera, floor_in_rig.as_ref(), &moving)))
+        let camera = (&rig_from_camera, robot.as_ref());
+        Ok(Some(self.mask(&frame, camera, floor_in_rig.as_ref(), &moving)))
     }
 
-    /// The points of a cloud of `places` points, row by row, that move; `None` where no cycle is near. Where a pinhole camera has
+    /// The points of a cloud of `places` points, row by row, that move, or are of the robot itself; `None` where no cycle is near. Where a pinhole camera has
     /// computed the cloud, they are the pixels of its depth image; otherwise the points beside moving ones.
     pub fn points(&mut self, cloud: &OrganisedCloud, places: usize) -> Option<Vec<bool>> {
         let stamp = cloud.cloud().stamp;
@@ -148,22 +149,25 @@ impl MotionFilter {
         let rig_from_camera = verdict.mounts.rig_from_camera;
         let moving = self.moving_in_rig(verdict, stamp);
         let mut is_moving = vec![false; places];
-        if moving.is_empty() {
+        let robot = verdict.robot;
+        if moving.is_empty() && robot.is_none() {
             self.views.keep_nothing(stamp, &rig_from_camera);
             return Some(is_moving);
         }
         let floor_in_rig = self.floor_in_rig(verdict, stamp);
         match self.cloud_camera.frame_of_organised(cloud) {
             Ok(frame) if frame.image().pixels().len() == places => {
-                is_moving = self.mask(&frame, &rig_from_camera, floor_in_rig.as_ref(), &moving);
+                let camera = (&rig_from_camera, robot.as_ref());
+                is_moving = self.mask(&frame, camera, floor_in_rig.as_ref(), &moving);
             }
             _ => {
                 let voxels = self.voxels_of(&points_of(&moving));
                 let rig_from_camera = rig_from_camera.cast::<f32>();
                 for (point, [column, row]) in cloud.with_pixels() {
-                    let is_beside = self.is_beside(&voxels, &(rig_from_camera * point));
+                    let in_rig = rig_from_camera * point;
+                    let is_of_robot = robot.is_some_and(|robot| robot.contains(&in_rig.cast()));
                     if let Some(place) = is_moving.get_mut(row * cloud.width_px() + column) {
-                        *place = is_beside;
+                        *place = is_of_robot || self.is_beside(&voxels, &in_rig);
                     }
                 }
             }
@@ -175,12 +179,13 @@ impl MotionFilter {
     fn mask(
         &mut self,
         frame: &DepthFrame,
-        rig_from_camera: &Isometry3<f64>,
+        (rig_from_camera, robot): (&Isometry3<f64>, Option<&RobotBox>),
         floor_in_rig: Option<&Floor>,
         moving: &[Moving],
     ) -> Vec<bool> {
         let points = moving.iter().map(|(point, _)| point);
-        let is_moving = self.moving_pixels.mask(frame, rig_from_camera, floor_in_rig, points);
+        let is_moving =
+            self.moving_pixels.mask(frame, (rig_from_camera, robot), floor_in_rig, points);
         self.views.keep(frame, rig_from_camera, (&is_moving, moving), &self.grid);
         is_moving
     }

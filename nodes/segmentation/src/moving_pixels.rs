@@ -16,7 +16,8 @@ use std::collections::HashSet;
 use std::ops::Range;
 
 use geometry::{
-    BuildVoxelHasher, CameraModel, DepthFrame, PixelArea, RayTable, VoxelBox, VoxelGrid, VoxelKey,
+    BuildVoxelHasher, CameraModel, DepthFrame, PixelArea, RayTable, RobotBox, RobotPixels,
+    VoxelBox, VoxelGrid, VoxelKey,
 };
 use nalgebra::{Isometry3, Point3};
 use volume::DepthNoise;
@@ -39,31 +40,59 @@ pub(crate) const MARGIN_PX: usize = 2;
 pub(crate) struct MovingPixels {
     grid: VoxelGrid,
     last_rays: Option<RayTable>,
+    last_robot: Option<RobotPixels>,
     margin: Margin,
 }
 
 impl MovingPixels {
     /// For clouds that were reduced by this grid.
     pub(crate) fn new(grid: VoxelGrid) -> Self {
-        Self { grid, last_rays: None, margin: Margin::default() }
+        Self { grid, last_rays: None, last_robot: None, margin: Margin::default() }
     }
 
-    /// Which pixels show what moves: row by row. `moving` are the points of the reduced cloud, in the rig frame, that do, and the floor
-    /// is that which the rig sees.
+    /// Which pixels show what is no part of the static scene: what moves, and the robot itself, where its box is known. Row by row.
+    /// `moving` are the points of the reduced cloud, in the rig frame, that move, and the floor is that which the rig sees.
     pub(crate) fn mask<'a>(
         &mut self,
         frame: &DepthFrame,
-        rig_from_camera: &Isometry3<f64>,
+        (rig_from_camera, robot): (&Isometry3<f64>, Option<&RobotBox>),
         floor_in_rig: Option<&Floor>,
         moving: impl Iterator<Item = &'a Point3<f32>> + Clone,
     ) -> Vec<bool> {
-        let grid = self.grid;
         let depths_mm = frame.depths_mm();
         let mut is_moving = vec![false; depths_mm.len()];
+        frame.rays().share_with(&mut self.last_rays);
+        if self.mark(frame, rig_from_camera, moving, &mut is_moving) {
+            let growth = Growth {
+                depths_mm,
+                rays: frame.rays(),
+                floor_in_camera: floor_in_rig.map(|floor| floor.seen_from(rig_from_camera)),
+                reach: Reach::new(frame.camera(), &self.grid),
+            };
+            growth.grow(&mut is_moving);
+        }
+        if let Some(robot) = robot {
+            let last = self.last_robot.take();
+            let pixels = RobotPixels::kept_or_new(last, robot, frame.rays(), rig_from_camera);
+            pixels.shown_in(frame.image()).for_each(|pixel| is_moving[pixel] = true);
+            self.last_robot = Some(pixels);
+        }
+        self.margin.add(&mut is_moving, frame.camera().width_px);
+        is_moving
+    }
+
+    /// Marks the pixels of the voxels of these points. Returns whether there is any point.
+    fn mark<'a>(
+        &self,
+        frame: &DepthFrame,
+        rig_from_camera: &Isometry3<f64>,
+        moving: impl Iterator<Item = &'a Point3<f32>> + Clone,
+        is_moving: &mut [bool],
+    ) -> bool {
+        let grid = self.grid;
         let voxels: HashSet<VoxelKey, BuildVoxelHasher> =
             moving.clone().map(|point| grid.key(point)).collect();
-        frame.rays().share_with(&mut self.last_rays);
-        let Some(around) = VoxelBox::around(&voxels) else { return is_moving };
+        let Some(around) = VoxelBox::around(&voxels) else { return false };
         let area = area_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
         let mut last = None;
         frame.for_each_voxel(rig_from_camera, area, (&grid, &around), |pixel, voxel| {
@@ -74,15 +103,7 @@ impl MovingPixels {
             last = Some((voxel, is_of_object));
             is_moving[pixel] = is_of_object;
         });
-        let growth = Growth {
-            depths_mm,
-            rays: frame.rays(),
-            floor_in_camera: floor_in_rig.map(|floor| floor.seen_from(rig_from_camera)),
-            reach: Reach::new(frame.camera(), &grid),
-        };
-        growth.grow(&mut is_moving);
-        self.margin.add(&mut is_moving, frame.camera().width_px);
-        is_moving
+        true
     }
 }
 

@@ -198,10 +198,10 @@ impl Segmenter {
         let depth = match (&cycle.depth, &mut self.moving_pixels) {
             (Some(frame), Some(moving_pixels)) => {
                 let frame = Arc::clone(frame);
-                let rig_from_camera = &cycle.setup.mounts.rig_from_camera;
+                let (mounts, robot) = (&cycle.setup.mounts, cycle.setup.robot.as_ref());
+                let camera = (&mounts.rig_from_camera, robot);
                 let moving = dynamic_cloud.points_m.iter();
-                let is_moving =
-                    moving_pixels.mask(&frame, rig_from_camera, floor_in_rig.as_ref(), moving);
+                let is_moving = moving_pixels.mask(&frame, camera, floor_in_rig.as_ref(), moving);
                 observe(Step::Mask);
                 Some(MaskedDepth::new(frame, is_moving)?)
             }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-use geometry::{Scan, ScanError, is_same_mount};
+use geometry::{RobotBox, Scan, ScanError, is_same_mount};
 use nalgebra::Isometry3;
 
 use crate::aperture::{Aperture, Beam};
@@ -29,6 +29,20 @@ impl ScanBeams {
     /// Those of the aperture.
     pub(super) fn in_aperture(&self) -> &[Beam] {
         self.all.get(self.within.clone()).unwrap_or_default()
+    }
+
+    /// Takes the returns that are of the robot itself for none.
+    pub(super) fn leave_out(
+        &mut self,
+        robot: &RobotBox,
+        scan: &Scan,
+        rig_from_lidar: &Isometry3<f64>,
+    ) {
+        for beam in &mut self.all {
+            let is_of_robot =
+                scan.hit_m(beam.index).is_some_and(|hit| robot.contains(&(rig_from_lidar * hit)));
+            beam.range_m = beam.range_m.filter(|_| !is_of_robot);
+        }
     }
 }
 

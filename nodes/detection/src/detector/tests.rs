@@ -1,4 +1,5 @@
 mod depth_images;
+mod robot;
 
 use std::f64::consts::{PI, TAU};
 

@@ -83,6 +83,7 @@ fn verdict(seconds: f64, yaw_rad: f64) -> Verdict {
         map_from_rig,
         mounts: RigMounts::default(),
         colour_from_depth: Isometry3::identity(),
+        robot: None,
         beams: Vec::new(),
         points: points.collect(),
         floor_in_rig: None,
@@ -97,6 +98,45 @@ fn score(mask: &[bool], seconds: f64, yaw_rad: f64) -> (f64, usize) {
     let size = of_object.iter().filter(|object| **object).count();
     assert!(size > 100, "{size}");
     (both as f64 / size as f64, mask.iter().filter(|mask| **mask).count() - both)
+}
+
+/// Of a robot with a bumper the filtered scans, images and clouds had the bumper as an obstacle.
+#[test]
+fn the_robot_itself_is_taken_out_though_nothing_moves() {
+    // The wall is in the box up to 0.5 m to the left and to the right.
+    let robot = RobotBox::of_corners(&[2.0, -0.5, -5.0, 4.0, 0.5, 5.0]).unwrap();
+    let mut filter = MotionFilter::new(grid());
+    filter.take(Verdict { robot, points: Vec::new(), ..verdict(0.0, 0.0) });
+    // Nothing but the wall.
+    let size_px = (WIDTH_PX, HEIGHT_PX);
+    let pixels = DepthPixels::Millimetres(vec![3_000; WIDTH_PX * HEIGHT_PX]);
+    let wall = DepthImage::new(stamp(0.05), "camera".to_owned(), size_px, pixels).unwrap();
+    let y_m = |column: usize| (31.5 - column as f64) / FOCAL_PX * WALL_M;
+    let columns: Vec<usize> = (0..WIDTH_PX).filter(|at| y_m(*at).abs() <= 0.5).collect();
+    let with_margin = columns[0] - 2..columns[columns.len() - 1] + 3;
+    let mask = filter.pixels(&Arc::new(wall), &camera()).unwrap().unwrap();
+    for (pixel, is_masked) in mask.iter().enumerate() {
+        assert_eq!(*is_masked, with_margin.contains(&(pixel % WIDTH_PX)), "pixel {pixel}");
+    }
+
+    let rows: Vec<Point3<f32>> =
+        (0..WIDTH_PX).map(|at| Point3::new(-y_m(at) as f32, 0.0, WALL_M as f32)).collect();
+    let cloud = OrganisedCloud::from_rows(stamp(0.05), "camera".to_owned(), WIDTH_PX, &rows);
+    let is_taken = filter.points(&cloud, WIDTH_PX).unwrap();
+    assert!(columns.iter().all(|at| is_taken[*at]), "{is_taken:?}");
+    assert!(!is_taken[0] && !is_taken[WIDTH_PX - 1], "{is_taken:?}");
+
+    let scan = Scan {
+        stamp: stamp(0.05),
+        angle_min_rad: -0.5,
+        angle_increment_rad: 0.1,
+        range_max_m: 8.0,
+        ranges_m: vec![3.0; 11],
+        ..Scan::default()
+    };
+    let beams = filter.beams(&scan).unwrap();
+    // 0.5 m aside at 3 m are 9.6 degrees.
+    assert_eq!(beams.iter().map(|beam| beam.index).collect::<Vec<_>>(), [4, 5, 6]);
 }
 
 #[test]
@@ -259,7 +299,8 @@ fn without_a_depth_image_the_one_of_the_cycle_is_carried_on() {
     let own = verdict(0.0, 0.0);
     let points: Vec<Point3<f32>> = own.points.iter().map(|point| point.in_rig_m).collect();
     let rig_from_camera = RigMounts::default().rig_from_camera;
-    let mask = MovingPixels::new(grid()).mask(&frame, &rig_from_camera, None, points.iter());
+    let mask =
+        MovingPixels::new(grid()).mask(&frame, (&rig_from_camera, None), None, points.iter());
     let depth = MaskedDepth::new(frame, mask.clone()).unwrap();
     filter.take(Verdict { depth: Some(depth), ..own });
     assert_eq!(colours(&mut filter, 0.0), mask);

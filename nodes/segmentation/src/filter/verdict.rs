@@ -1,6 +1,6 @@
 //! What one cycle says of what moves.
 
-use geometry::{DetectedCycle, MaskedDepth, MovingBeam, RigMounts, Stamp, Track};
+use geometry::{DetectedCycle, MaskedDepth, MovingBeam, RigMounts, RobotBox, Stamp, Track};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::Segmented;
@@ -21,6 +21,8 @@ pub struct Verdict {
     pub(super) mounts: RigMounts,
     /// Where the colour camera is.
     pub(super) colour_from_depth: Isometry3<f64>,
+    /// The box around the robot itself.
+    pub(super) robot: Option<RobotBox>,
     /// The beams of the scan that hit what moves, by rising index.
     pub(super) beams: Vec<MovingBeam>,
     /// The points of the reduced cloud that move.
@@ -56,6 +58,7 @@ impl Verdict {
             map_from_rig: cycle.map_from_rig,
             mounts: cycle.setup.mounts,
             colour_from_depth: cycle.setup.colour_from_depth,
+            robot: cycle.setup.robot,
             beams: detected.moving_beams.clone(),
             points: cycle.dynamic_cloud.points_m.iter().map(moving).collect(),
             floor_in_rig: segmented.floor_in_rig,

@@ -51,7 +51,7 @@ fn middle(distortion: Distortion, columns: Range<usize>) -> Vec<Point3<f32>> {
 
 fn mask(frame: &DepthFrame, moving: &[Point3<f32>]) -> Vec<bool> {
     let mut masks = MovingPixels::new(VoxelGrid::new(EDGE_M).unwrap());
-    masks.mask(frame, &rig_from_camera(), None, moving.iter())
+    masks.mask(frame, (&rig_from_camera(), None), None, moving.iter())
 }
 
 #[test]
@@ -64,6 +64,20 @@ fn the_mask_reaches_the_edge_of_the_object_and_a_margin_beyond() {
                 && (10 - MARGIN_PX..40 + MARGIN_PX).contains(&row);
             assert_eq!(*is_moving, with_margin, "column {column}, row {row}");
         }
+    }
+}
+
+/// Regression: a robot's bumper was in the map once for each place where the robot had stood.
+#[test]
+fn the_robot_itself_is_masked_with_a_margin_whether_or_not_something_moves() {
+    // All of the object is in the box, and none of the wall.
+    let robot = RobotBox::of_corners(&[0.1, -1.0, -1.0, 2.0, 1.0, 1.0]).unwrap().unwrap();
+    let mut masks = MovingPixels::new(VoxelGrid::new(EDGE_M).unwrap());
+    for moving in [Vec::new(), middle(Distortion::None, 24..36)] {
+        let frame = frame(depths_mm(), Distortion::None);
+        let camera = (&rig_from_camera(), Some(&robot));
+        let is_masked = masks.mask(&frame, camera, None, moving.iter());
+        assert_eq!(is_masked, mask(&frame, &middle(Distortion::None, 24..36)));
     }
 }
 
@@ -154,7 +168,7 @@ fn the_mask_of_feet_does_not_grow_over_the_floor() {
     let floor = Floor::of(&floor_points.collect::<Vec<_>>()).unwrap();
     let mut masks = MovingPixels::new(VoxelGrid::new(EDGE_M).unwrap());
     let mut masked_floor = |floor: Option<&Floor>| {
-        let is_moving = masks.mask(&seen, &rig_from_camera(), floor, moving.iter());
+        let is_moving = masks.mask(&seen, (&rig_from_camera(), None), floor, moving.iter());
         assert!(pixels.clone().filter(is_post).all(|pixel| is_moving[pixel]));
         let below = |pixel: &usize| ray(*pixel).x.abs() < 0.1 && !is_post(pixel);
         pixels.clone().filter(|pixel| below(pixel) && is_moving[*pixel]).count()

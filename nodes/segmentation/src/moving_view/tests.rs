@@ -79,7 +79,7 @@ fn moving(velocity_m_per_s: Vector3<f64>) -> Vec<(Point3<f32>, Vector3<f64>)> {
 fn mask_and_view(frame: &DepthFrame) -> (Vec<bool>, MovingView) {
     let moving = moving(Vector3::zeros());
     let points = moving.iter().map(|(point, _)| point);
-    let mask = MovingPixels::new(grid()).mask(frame, &rig_from_camera(), None, points);
+    let mask = MovingPixels::new(grid()).mask(frame, (&rig_from_camera(), None), None, points);
     let view = MovingView::of_mask(frame, &rig_from_camera(), &mask, &moving, &grid());
     (mask, view)
 }
@@ -194,7 +194,7 @@ fn what_moves_is_where_its_velocity_takes_it() {
     let object = object(&camera, false);
     let moving = moving(Vector3::new(0.0, -1.5, 0.0));
     let points = moving.iter().map(|(point, _)| point);
-    let mask = MovingPixels::new(grid()).mask(&object, &rig_from_camera(), None, points);
+    let mask = MovingPixels::new(grid()).mask(&object, (&rig_from_camera(), None), None, points);
     let view = MovingView::of_mask(&object, &rig_from_camera(), &mask, &moving, &grid());
     let mut splats = Splats::new(&camera);
     // The rig stands in the map's origin.

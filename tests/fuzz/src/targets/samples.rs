@@ -5,7 +5,7 @@ use std::sync::Arc;
 use geometry::{
     CameraModel, Cloud, CycleSetup, CycleTracks, DepthFrame, DepthImage, DepthPixels,
     DetectedCycle, Distortion, DynamicZone, MaskedDepth, Method, MovingBeam, ReturnSpan, RigMounts,
-    ScanRay, SegmentedCycle, Stamp, Track, ZoneSource, pose_from_vector,
+    RobotBox, ScanRay, SegmentedCycle, Stamp, Track, ZoneSource, pose_from_vector,
 };
 use msgs::convert;
 use msgs::geometry_msgs::{PoseStamped, Transform, TransformStamped};
@@ -193,6 +193,7 @@ pub(super) fn detected_cycle() -> DetectedCycle {
             max_stop_s: 60.0,
             mounts: RigMounts { rig_from_camera: pose, rig_from_lidar: pose },
             colour_from_depth: pose,
+            robot: RobotBox::of_corners(&[-0.4, -0.3, -0.9, 0.5, 0.3, 0.2]).ok().flatten(),
         },
         scan_stamp: STAMP,
         reduced_cloud: Cloud { stamp: STAMP, frame_id: "rig".to_owned(), points_m },
