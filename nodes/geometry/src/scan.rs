@@ -126,12 +126,13 @@ impl Scan {
         f64::from(self.angle_min_rad) + index as f64 * f64::from(self.angle_increment_rad)
     }
 
-    /// The range of beam `index` if it is a real return: finite, positive and within the sensor's limits.
-    /// A range of 0 is no measurement even where the sensor states 0 as its lower limit: nothing stands in it.
+    /// The range of beam `index` if it is a real return: finite, positive and within the sensor's limits. Neither is a range of 0,
+    /// even where the sensor states 0 as its lower limit, since nothing stands in it; nor one that equals the upper limit: simulators and
+    /// drivers from before REP-117 send that where nothing returned.
     #[must_use]
     pub fn measured_range_m(&self, index: usize) -> Option<f32> {
         let range_m = *self.ranges_m.get(index)?;
-        let within_limits = range_m >= self.range_min_m && range_m <= self.range_max_m;
+        let within_limits = range_m >= self.range_min_m && range_m < self.range_max_m;
         (range_m.is_finite() && range_m > 0.0 && within_limits).then_some(range_m)
     }
 
@@ -154,17 +155,18 @@ mod tests {
         Scan { range_min_m: 0.15, range_max_m: 8.0, ranges_m, ..Scan::default() }
     }
 
+    /// Also regression: of a scanner that sends its greatest range where nothing returns the floor plan had a wall in a circle around the robot.
     #[test]
     fn only_a_real_return_is_a_measured_range() {
-        let none = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, -1.0, 0.149, 8.001];
+        let none = [f32::INFINITY, f32::NEG_INFINITY, f32::NAN, 0.0, -1.0, 0.149, 8.0, 8.001];
         let scan_of_none = scan(none.to_vec());
         for (index, range_m) in none.iter().enumerate() {
             assert_eq!(scan_of_none.measured_range_m(index), None, "{range_m}");
         }
         assert_eq!(scan_of_none.measured_range_m(none.len()), None);
-        let real = scan(vec![0.15, 3.697, 8.0]);
+        let real = scan(vec![0.15, 3.697, 7.999]);
         let measured: Vec<_> = (0..3).filter_map(|index| real.measured_range_m(index)).collect();
-        assert_eq!(measured, [0.15, 3.697, 8.0]);
+        assert_eq!(measured, [0.15, 3.697, 7.999]);
     }
 
     #[test]
