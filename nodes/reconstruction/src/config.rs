@@ -1,7 +1,10 @@
 //! The parameters of reconstruction, their defaults, and where these come from.
 
 use geometry::{ParameterError, PipelineConfig, parameter};
-use volume::{BLOCK_EDGE, DistanceConfig, SurfaceConfig, SurfaceConfigError, ViewError};
+use volume::{
+    BLOCK_EDGE, DepthNoise, DepthRange, DepthView, DistanceConfig, FARTHEST_SEEN_M, SurfaceConfig,
+    SurfaceConfigError, ViewError,
+};
 
 use crate::grid::GridConfig;
 use crate::tiles::TileFrame;
@@ -29,6 +32,13 @@ geometry::parameters! {
         /// The most voxels that the map has; points that need another one are refused. A million take less than 200 MB.
         // 6400 square metres of surface; the thesis' largest map (Table 6) has 13,237 points.
         max_voxels: usize = 1_000_000, at_least(1.0), read_with("method", "rec_hv");
+        /// Farther from the camera nothing is taken into the map; that the space up to there is free is.
+        // A Kinect measures to some 6 m. A stereo camera goes on for longer than its depths are of use.
+        map_reach_m: f64 = FARTHEST_SEEN_M, between(0.5, 65.0), read_with("method", "free_space");
+        /// The noise of the depth camera, for the map: the standard deviation of a depth of 1 m; that of others grows with the square of the
+        /// depth. A Kinect has 0.0014 m, a RealSense D435 0.0036 m. With less than the camera has, surfaces far away are two.
+        // Of a stereo camera: the noise of the disparity in pixels over focal length in pixels and baseline in metres.
+        depth_noise_m: f64 = 1.425e-3, between(0.0, 0.1), read_with("method", "free_space");
         /// The most blocks of 8 voxels an axis that the map has (in memory, with spill), of 2.1 kB each, and 1.5 kB more where colours were seen. With spill they are to
         /// hold the tiles that the camera sees up to 5 m.
         // 420 MB. At 2 cm some 2,500 square metres of surface.
@@ -101,6 +111,16 @@ impl ReconstructionConfig {
             has_colour: true,
             ..SurfaceConfig::default()
         })
+    }
+
+    /// An empty view of the camera's images, as the map takes them.
+    ///
+    /// # Errors
+    /// When the reach is none.
+    pub(crate) fn depth_view(&self) -> Result<DepthView, ViewError> {
+        let range = DepthRange { max_m: self.map_reach_m as f32, ..DepthRange::default() };
+        let quadratic_per_m = self.depth_noise_m as f32;
+        DepthView::new(range, DepthNoise { quadratic_per_m, ..DepthNoise::default() })
     }
 
     /// The parameters of distances to the nearest obstacle.

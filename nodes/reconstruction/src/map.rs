@@ -65,12 +65,13 @@ impl Map {
             }
             return Ok(StaticMap::new(config)?.into());
         };
-        let grid = GridObservations::new(&config.grid)?;
+        let grid = GridObservations::new(&config.grid, config.map_reach_m)?;
         let tiles = config
             .tiles_of(surface.edge_m)?
             .map(|frame| Ok::<_, ConfigError>((frame, store.ok_or(ConfigError::NoTileStore)?)));
-        let map =
-            SurfaceMap::new(surface, config.at_max_voxels, tiles.transpose()?)?.with_grid(grid);
+        let view = config.depth_view()?;
+        let map = SurfaceMap::new(surface, view, config.at_max_voxels, tiles.transpose()?)?
+            .with_grid(grid);
         let map = map.with_distances(config.distances());
         Ok(Self::Surface(Box::new(map)))
     }

@@ -24,8 +24,7 @@ use geometry::{
 };
 use nalgebra::Point3;
 use volume::{
-    ChangeFollower, DepthInput, DepthNoise, DepthRange, DepthView, DistanceConfig, PlaneOccupancy,
-    Surface, SurfaceConfig,
+    ChangeFollower, DepthInput, DepthView, DistanceConfig, PlaneOccupancy, Surface, SurfaceConfig,
 };
 
 use crate::config::{AtMaxVoxels, ConfigError};
@@ -75,18 +74,19 @@ pub struct SurfaceMap {
 }
 
 impl SurfaceMap {
-    /// An empty map, which spills where there are tiles.
+    /// An empty map of what the view takes of the images, which spills where there are tiles.
     ///
     /// # Errors
     /// When a parameter means nothing.
     pub(crate) fn new(
         config: SurfaceConfig,
+        view: DepthView,
         at_max_voxels: AtMaxVoxels,
         tiles: Option<(TileFrame, Box<dyn TileStore>)>,
     ) -> Result<Self, ConfigError> {
         Ok(Self {
             surface: Surface::new(config)?,
-            view: DepthView::new(DepthRange::default(), DepthNoise::default())?,
+            view,
             drops_oldest: at_max_voxels == AtMaxVoxels::DropOldest,
             spill: tiles.map(|(frame, store)| Spill::new(frame, store)),
             followers: Followers::default(),

@@ -57,13 +57,21 @@ const UNSEEN: Direction =
     Direction { nearest_m: f32::INFINITY, moves: false, free: 0, pixels: 0, blind: 0 };
 
 /// Makes rays of depth images; keeps the rays of the last camera's pixels.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct DepthFan {
+    /// What is farther is not used.
+    farthest_m: f32,
     last_rays: Option<RayTable>,
     directions: Vec<Direction>,
 }
 
 impl DepthFan {
+    /// Of images that are used up to `reach_m`.
+    pub(super) fn new(reach_m: f64) -> Self {
+        let farthest_m = reach_m.min(FARTHEST_SEEN_M) as f32;
+        Self { farthest_m, last_rays: None, directions: Vec::new() }
+    }
+
     /// The rays of an image, by azimuth: each free, up to `margin_m` before the nearest thing in the band, moving or not. One
     /// that ends there hits it, unless it moves.
     pub(super) fn rays(
@@ -142,7 +150,7 @@ impl DepthFan {
         let camera_z_m = map_from_camera.translation.z as f32;
         let (least_m, most_m) = (band.least_m as f32, band.most_m as f32);
         let free_m = (band.free_below_m as f32).min(most_m);
-        let farthest_m = FARTHEST_SEEN_M as f32;
+        let farthest_m = self.farthest_m;
         // The farthest that a column has shown, from above, in horizontal distance.
         let (mut of_column_px, mut above_m) = (0, 0.0_f32);
         self.sample(depth.frame(), map_from_camera, |pixel, depth_m, along| {
@@ -198,9 +206,10 @@ impl DepthFan {
     ) -> (Vec<Point3<f32>>, Vec<f32>) {
         let origin_m = Point3::from(map_from_camera.translation.vector.cast::<f32>());
         let (mut level, mut heights_m) = (Vec::new(), Vec::new());
+        let farthest_m = self.farthest_m;
         let mut above: Option<(usize, Point3<f32>)> = None;
         self.sample(frame, map_from_camera, |[column, _], depth_m, along| {
-            let usable_m = depth_m.filter(|depth_m| *depth_m <= FARTHEST_SEEN_M as f32);
+            let usable_m = depth_m.filter(|depth_m| *depth_m <= farthest_m);
             let point = usable_m.map(|depth_m| origin_m + along * depth_m);
             if let (Some(point), Some((_, before))) = (point, above.filter(|(of, _)| *of == column))
             {
@@ -266,7 +275,7 @@ mod tests {
         let quarter = std::f64::consts::FRAC_PI_2;
         let map_from_camera = pose_from_vector(&[0.0, 0.0, CAMERA_M, -quarter, 0.0, -quarter]);
         let band = Band { least_m: 0.08, most_m: 1.5, free_below_m: 0.3 };
-        let rays = DepthFan::default().rays(&depth, &map_from_camera, band, 0.05);
+        let rays = DepthFan::new(FARTHEST_SEEN_M).rays(&depth, &map_from_camera, band, 0.05);
         let ahead = rays.iter().filter(|ray| !ray.hits && ray.to_m.y.abs() < 0.05 * ray.to_m.x);
         ahead.map(|ray| ray.to_m.x).fold(0.0, f64::max)
     }

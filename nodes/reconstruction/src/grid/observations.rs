@@ -30,8 +30,8 @@ pub(crate) struct GridObservations {
 }
 
 impl GridObservations {
-    /// Nothing seen; `None` where no grid is asked for.
-    pub(crate) fn new(config: &GridConfig) -> Result<Option<Self>, ConfigError> {
+    /// Nothing seen, of images that are used up to `reach_m`; `None` where no grid is asked for.
+    pub(crate) fn new(config: &GridConfig, reach_m: f64) -> Result<Option<Self>, ConfigError> {
         if config.grid == GridSource::None {
             return Ok(None);
         }
@@ -50,7 +50,7 @@ impl GridObservations {
         Ok(Some(Self {
             config: config.clone(),
             plane,
-            fan: DepthFan::default(),
+            fan: DepthFan::new(reach_m),
             floor: FloorFinder::default(),
             floor_m: given.then_some(config.grid_floor_height_m),
             is_loaded: false,

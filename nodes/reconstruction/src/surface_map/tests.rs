@@ -1,5 +1,6 @@
 mod colours;
 mod distance;
+mod far;
 mod loading;
 mod mesh;
 mod retracted;
