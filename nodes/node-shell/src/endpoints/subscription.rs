@@ -35,6 +35,8 @@ pub struct Subscription<I: Incoming> {
     /// Messages from outside that wait, `depth` of them at most.
     waiting: Mutex<VecDeque<Waiting<I::Message>>>,
     depth: usize,
+    /// Whether the newest message alone counts: older ones that it took the place of are no loss.
+    newest_alone: bool,
     malformed: Throttle,
     /// Open while the node works.
     gate: Gate,
@@ -68,10 +70,16 @@ impl<I: Incoming> Subscription<I> {
             sequence: Mutex::default(),
             waiting: Mutex::default(),
             depth,
+            newest_alone: false,
             malformed: Throttle::for_warnings(),
             turns_seen: AtomicU64::new(gate.turns()),
             gate,
         }
+    }
+
+    /// The same for who wants the newest message alone: no older one is counted as lost.
+    pub(crate) fn of_newest(self) -> Self {
+        Self { newest_alone: true, ..self }
     }
 
     /// Waits for the next message. May be dropped while waiting: no message is lost by that.
@@ -190,14 +198,18 @@ impl<I: Incoming> Subscription<I> {
             lost += waiting.pop_front().map_or(0, |displaced| displaced.lost_before + 1);
         }
         let next = waiting.pop_front()?;
-        self.counters.count_received(lost + next.lost_before);
+        self.count_received(lost + next.lost_before);
         let Received { message, sent } = next.received;
         Some(Received { message: I::of_message(message), sent })
     }
 
     fn accept_from_host(&self, taken: inbox::Taken<I>) -> Received<I> {
-        self.counters.count_received(taken.missed);
+        self.count_received(taken.missed);
         taken.received
+    }
+
+    fn count_received(&self, missing_before: u64) {
+        self.counters.count_received(if self.newest_alone { 0 } else { missing_before });
     }
 
     fn accept(&self, taken: reader::Taken<I::Message>) -> Option<Waiting<I::Message>> {
