@@ -79,6 +79,18 @@ struct Fill {
 struct Condition {
     text: String,
     is_warning: bool,
+    /// When it is over, unless it is noted again before, and what it says then.
+    ends: Option<(Instant, &'static str)>,
+}
+
+impl Condition {
+    /// What it says at a moment, and whether that is a warning.
+    fn at(&self, moment: Instant) -> (&str, bool) {
+        match self.ends {
+            Some((end, after)) if end <= moment => (after, false),
+            _ => (&self.text, self.is_warning),
+        }
+    }
 }
 
 /// The counts of one moment, as names with values.
@@ -124,7 +136,19 @@ impl Counters {
     /// Notes the state of a condition that the node watches, under its name; it is kept until the next note. A
     /// warning is reported beside missing and lost topics.
     pub fn note_condition(&self, name: &str, text: &str, is_warning: bool) {
-        let condition = Condition { text: text.to_owned(), is_warning };
+        let condition = Condition { text: text.to_owned(), is_warning, ends: None };
+        self.lock().conditions.insert(name.to_owned(), condition);
+    }
+
+    /// Notes a warning that is over at `end`, unless it is noted again before; the condition says `after` then.
+    pub(crate) fn note_warning_until(
+        &self,
+        name: &str,
+        text: &str,
+        (end, after): (Instant, &'static str),
+    ) {
+        let condition =
+            Condition { text: text.to_owned(), is_warning: true, ends: Some((end, after)) };
         self.lock().conditions.insert(name.to_owned(), condition);
     }
 
@@ -168,7 +192,11 @@ impl Counters {
 
     /// Reads everything.
     pub(crate) fn snapshot(&self) -> Snapshot {
-        let (counts, moment) = (self.lock(), Instant::now());
+        self.snapshot_at(Instant::now())
+    }
+
+    fn snapshot_at(&self, moment: Instant) -> Snapshot {
+        let counts = self.lock();
         let mut snapshot = Snapshot {
             cycles: counts.cycles,
             drops: counts.drops.values().sum(),
@@ -177,7 +205,7 @@ impl Counters {
         let mut put = |name: String, value: String| snapshot.values.push((name, value));
         put("cycles".to_owned(), counts.cycles.to_string());
         for (name, condition) in &counts.conditions {
-            put(name.clone(), condition.text.clone());
+            put(name.clone(), condition.at(moment).0.to_owned());
         }
         for (name, count) in &counts.counted {
             put(name.clone(), count.to_string());
@@ -211,9 +239,9 @@ impl Counters {
             put(format!("{step} p99 ms"), format!("{:.3}", times.p99_ms));
             put(format!("{step} max ms"), format!("{:.3}", times.max_ms));
         }
-        let warnings = counts.conditions.iter().filter(|(_, condition)| condition.is_warning);
-        snapshot.warnings =
-            warnings.map(|(name, condition)| format!("{name}: {}", condition.text)).collect();
+        let conditions = counts.conditions.iter().map(|(name, one)| (name, one.at(moment)));
+        let warnings = conditions.filter(|(_, (_, is_warning))| *is_warning);
+        snapshot.warnings = warnings.map(|(name, (text, _))| format!("{name}: {text}")).collect();
         snapshot.received =
             counts.received.iter().map(|(topic, one)| (topic.clone(), one.received())).collect();
         let lost = |one: &TopicCounters| one.lost.load(Ordering::Relaxed);
@@ -300,5 +328,17 @@ mod tests {
         let snapshot = counters.snapshot();
         assert_eq!(value(&snapshot, "extrinsics"), Some("ok"));
         assert!(snapshot.warnings.is_empty());
+    }
+
+    /// Regression: `pace` warned for ever when the input had ended, or the node was paused: no cycle came that said otherwise.
+    #[test]
+    fn a_warning_with_an_end_is_over_without_another_note() {
+        let counters = Counters::default();
+        let end = Instant::now() + Duration::from_secs(7);
+        counters.note_warning_until("pace", "too slow", (end, "keeps up"));
+        let before = counters.snapshot_at(end - Duration::from_millis(1));
+        assert_eq!((value(&before, "pace"), before.warnings.len()), (Some("too slow"), 1));
+        let after = counters.snapshot_at(end);
+        assert_eq!((value(&after, "pace"), after.warnings.len()), (Some("keeps up"), 0));
     }
 }

@@ -1,6 +1,7 @@
 //! The report of a stage about each cycle, on `~/report`.
 
 use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
 
 use geometry::Stamp;
 use msgs::convert;
@@ -12,13 +13,17 @@ use crate::endpoints::publisher::Publisher;
 use crate::node::Node;
 use crate::node::clock::NodeClock;
 use crate::process::throttle::Throttle;
-use crate::services::pace::Pace;
+use crate::services::pace::{Behind, Pace};
 use crate::services::steps::StepTimer;
 use crate::settings::qos::Qos;
 use crate::wire::error::ShellError;
 
 /// The topic of the reports.
 const TOPIC: &str = "~/report";
+/// The condition in the diagnostics that says whether the stage is too slow for its input ...
+const PACE: &str = "pace";
+/// ... and what it says where it is not.
+const KEEPS_UP: &str = "keeps up";
 /// The cause of the drop of a cycle that is older than those that wait.
 const SUPERSEDED: &str = "newer cycles wait";
 /// Reports that a late reader may still get.
@@ -81,12 +86,13 @@ impl StageReporter {
     pub fn keeps_pace(&self, dropped: u64, timer: &StepTimer, remedy: &str) {
         let mut pace = self.pace.lock().unwrap_or_else(PoisonError::into_inner);
         let is_news = dropped > pace.dropped();
-        let text = pace.note(dropped, timer.steps(), remedy);
-        self.counters.note_condition("pace", text.as_deref().unwrap_or("keeps up"), text.is_some());
-        if let Some(text) = text
-            && is_news
-            && let Some(held_back) = self.behind.pass()
-        {
+        let Some(Behind { text, until }) =
+            pace.note(Instant::now(), dropped, timer.steps(), remedy)
+        else {
+            return self.counters.note_condition(PACE, KEEPS_UP, false);
+        };
+        self.counters.note_warning_until(PACE, &text, (until, KEEPS_UP));
+        if is_news && let Some(held_back) = self.behind.pass() {
             tracing::warn!("{text} ({held_back} more since the last warning)");
         }
     }
