@@ -7,6 +7,7 @@ mod follower;
 mod frames;
 mod hints;
 mod inputs;
+mod left_out;
 mod map_file;
 mod map_path;
 mod output;

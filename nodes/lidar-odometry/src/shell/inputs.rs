@@ -92,6 +92,15 @@ impl Inputs {
         }
     }
 
+    /// How many gave way to newer ones while they waited to be taken.
+    pub(super) fn left_out(&self) -> u64 {
+        match &self.scans {
+            Scans::Clouds(clouds) => clouds.left_out_count(),
+            Scans::Packets(packets) => packets.left_out_count(),
+            Scans::Network(network) => network.left_out(),
+        }
+    }
+
     #[cfg(test)]
     pub(super) fn network(&self) -> Option<&Network> {
         match &self.scans {

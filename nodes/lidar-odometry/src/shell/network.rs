@@ -39,6 +39,8 @@ pub(super) struct Network {
 struct Shared {
     stop: AtomicBool,
     turns: AtomicU64,
+    /// Of these, those that came while as many waited as may.
+    left_out: AtomicU64,
 }
 
 impl Network {
@@ -60,7 +62,6 @@ impl Network {
             counters,
             shared: Arc::clone(&shared),
             broken_positions: 0,
-            untaken: 0,
         };
         listener.report();
         let thread = std::thread::Builder::new()
@@ -77,6 +78,10 @@ impl Network {
 
     pub(super) fn turns(&self) -> u64 {
         self.shared.turns.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn left_out(&self) -> u64 {
+        self.shared.left_out.load(Ordering::Relaxed)
     }
 
     pub(super) async fn next(&mut self) -> Turn {
@@ -110,7 +115,6 @@ struct Listener {
     counters: Counters,
     shared: Arc<Shared>,
     broken_positions: u64,
-    untaken: u64,
 }
 
 impl Listener {
@@ -139,7 +143,7 @@ impl Listener {
         match self.sender.try_send(turn) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => {
-                self.untaken += 1;
+                self.shared.left_out.fetch_add(1, Ordering::Relaxed);
                 self.counters.count_drop("scan dropped, since the node was busy");
             }
             // The node ends.

@@ -34,6 +34,9 @@ const TIMES: &str = "times of points";
 const TURNS: &str = "turns";
 const PACKETS: &str = "packets";
 const PANORAMA: &str = "panorama";
+/// What makes a scan take less time.
+const REMEDY: &str =
+    "raise scan_voxel_edge_m and map_voxel_edge_m, or let the scanner send fewer points or scans";
 /// This many scans in a row that are a little late are another time.
 const MOST_LATE_SCANS: u32 = 3;
 
@@ -52,6 +55,8 @@ pub struct Stage {
     max_map_voxels: usize,
     next_scan: u32,
     late_scans: u32,
+    /// How many were left out by the last pose.
+    left_out: u64,
     time_check: TimeCheck,
     times: Option<PointTimes>,
     sectors: Sectors,
@@ -91,6 +96,7 @@ impl Stage {
             max_map_voxels: parameters.max_map_voxels,
             next_scan: 0,
             late_scans: 0,
+            left_out: 0,
             time_check: TimeCheck::default(),
             times: None,
             sectors: Sectors::default(),
@@ -216,6 +222,7 @@ impl Stage {
         mut timer: StepTimer,
     ) {
         timer.end_of("decode");
+        let left_out = self.inputs.left_out();
         match self.time_check.judge(cloud.stamp, self.last.map(|(stamp, _)| stamp)) {
             Time::Follows => {}
             Time::Doubtful { later_s } => {
@@ -252,13 +259,15 @@ impl Stage {
         };
         self.late_scans = 0;
         let is_another_sector = self.report_sector(cloud);
-        self.report_state(&pose);
+        let before_this = left_out.saturating_sub(std::mem::replace(&mut self.left_out, left_out));
+        self.report_state(&pose, before_this);
         let odom_from_base = self.output.publish(&pose);
         self.show(cloud, revolution, &pose, odom_from_base);
         timer.end_of("publish");
         self.look_for_a_loop(cloud, &pose, &odom_from_base);
         timer.end_of("loops");
         self.report(cloud, (&pose, is_another_sector), &timer);
+        self.reporter.keeps_pace(self.inputs.left_out(), &timer, REMEDY);
         self.last = Some((pose.stamp, pose.odom_from_lidar));
     }
 
@@ -345,6 +354,11 @@ impl Stage {
     #[must_use]
     pub fn point_times(&self) -> Option<PointTimes> {
         self.times
+    }
+
+    #[cfg(test)]
+    pub(super) fn warnings(&self) -> Vec<String> {
+        self.counters.warnings()
     }
 
     #[cfg(test)]

@@ -1,5 +1,6 @@
 //! The node in this process, in a street.
 
+mod behind;
 mod loops;
 
 use std::net::UdpSocket;

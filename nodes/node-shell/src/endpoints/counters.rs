@@ -16,6 +16,7 @@ use steps::StepTimes;
 pub(crate) struct TopicCounters {
     received: AtomicU64,
     lost: AtomicU64,
+    left_out: AtomicU64,
     malformed: AtomicU64,
     arrivals: Mutex<Arrivals>,
 }
@@ -25,6 +26,15 @@ impl TopicCounters {
         self.received.fetch_add(1, Ordering::Relaxed);
         self.lost.fetch_add(lost_before, Ordering::Relaxed);
         self.lock_arrivals().note(Instant::now());
+    }
+
+    /// Counts messages that gave way to newer ones while they waited to be taken.
+    pub(crate) fn count_left_out(&self, messages: u64) {
+        self.left_out.fetch_add(messages, Ordering::Relaxed);
+    }
+
+    pub(crate) fn left_out(&self) -> u64 {
+        self.left_out.load(Ordering::Relaxed)
     }
 
     fn lock_arrivals(&self) -> MutexGuard<'_, Arrivals> {
@@ -150,6 +160,12 @@ impl Counters {
         let condition =
             Condition { text: text.to_owned(), is_warning: true, ends: Some((end, after)) };
         self.lock().conditions.insert(name.to_owned(), condition);
+    }
+
+    /// The conditions that are warnings, each with its name before it.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.snapshot().warnings
     }
 
     /// Notes that the node works without this topic of its subscriptions, by its absolute name: that it has no publisher, or

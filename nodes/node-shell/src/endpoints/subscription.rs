@@ -151,6 +151,16 @@ impl<I: Incoming> Subscription<I> {
         self.counters.lost()
     }
 
+    /// How many messages were left out so far since newer ones took their places while none was taken: this node is slower than they
+    /// come. They are among the lost ones; the others were lost on their way.
+    #[must_use]
+    pub fn left_out_count(&self) -> u64 {
+        if let Some(reader) = &self.reader {
+            self.fill(reader, &mut self.lock_waiting());
+        }
+        self.counters.left_out() + self.queue.missed()
+    }
+
     /// Replaces the reader, as when broken messages have filled the memory.
     #[cfg(test)]
     pub(crate) fn renew_reader(&self) {
@@ -183,27 +193,31 @@ impl<I: Incoming> Subscription<I> {
         }
     }
 
-    /// The next message from outside if it is here already. The library's own cache holds one message more
-    /// than its setting, and gives the oldest first: a slow reader would always be a period behind.
+    /// The next message from outside if it is here already.
     fn take_from_outside(&self, reader: &Outside<I::Message>) -> Option<Received<I>> {
         let mut waiting = self.lock_waiting();
+        self.fill(reader, &mut waiting);
+        let next = waiting.pop_front()?;
+        self.count_received(next.lost_before);
+        let Received { message, sent } = next.received;
+        Some(Received { message: I::of_message(message), sent })
+    }
+
+    /// Takes all that the library has, and leaves out the oldest where more wait than may. The library's own cache holds one message
+    /// more than its setting, and gives the oldest first: a slow reader would always be a period behind.
+    fn fill(&self, reader: &Outside<I::Message>, waiting: &mut VecDeque<Waiting<I::Message>>) {
+        let waited = waiting.len();
         while let Some(taken) = reader.take() {
             let accepted = self.accept(taken);
             // What is missing before it may have been displaced by it.
             accepted.iter().for_each(|waiting| reader.heard(&waiting.received.message, 0));
             waiting.extend(accepted);
         }
-        let mut lost = 0;
-        while waiting.len() > self.depth {
-            lost += waiting.pop_front().map_or(0, |displaced| displaced.lost_before + 1);
-        }
-        let next = waiting.pop_front()?;
-        self.count_received(lost + next.lost_before);
-        let Received { message, sent } = next.received;
-        Some(Received { message: I::of_message(message), sent })
+        self.counters.count_left_out(trim(waiting, waited, self.depth));
     }
 
     fn accept_from_host(&self, taken: inbox::Taken<I>) -> Received<I> {
+        self.counters.count_left_out(taken.missed);
         self.count_received(taken.missed);
         taken.received
     }
@@ -254,6 +268,20 @@ impl<I: Incoming> Subscription<I> {
     }
 }
 
+/// Leaves out the oldest where more wait than may, of which the first `waited` did so before the others came together. Returns how many
+/// messages were left out, with those that the library left out for as many others as it may hold.
+fn trim<M>(waiting: &mut VecDeque<Waiting<M>>, waited: usize, depth: usize) -> u64 {
+    let was_full = waiting.len() - waited.min(waiting.len()) >= depth;
+    let by_library =
+        waiting.get(waited).filter(|_| was_full).map_or(0, |oldest| oldest.lost_before);
+    let too_many = waiting.len().saturating_sub(depth);
+    let lost: u64 = waiting.drain(..too_many).map(|displaced| displaced.lost_before + 1).sum();
+    if let Some(next) = waiting.front_mut() {
+        next.lost_before += lost;
+    }
+    by_library + too_many as u64
+}
+
 /// How many messages are missing between this one and the last one of the same sender; none for a message that was there
 /// before, which a new reader finds once more.
 fn missing_before(last: &mut BTreeMap<GUID, i64>, sender: GUID, number: i64) -> Option<u64> {
@@ -297,5 +325,27 @@ mod tests {
             assert_eq!(missing_before(&mut last, sender(number), 1), Some(0));
             assert!(last.len() <= MOST_SENDERS);
         }
+    }
+
+    /// What waits, each with how many are missing before it.
+    fn waiting(lost_before: &[u64]) -> VecDeque<Waiting<u32>> {
+        let one = |(number, lost_before): (usize, &u64)| Waiting {
+            received: Received { message: Arc::new(number as u32), sent: None },
+            lost_before: *lost_before,
+        };
+        lost_before.iter().enumerate().map(one).collect()
+    }
+
+    #[test]
+    fn what_gave_way_to_newer_messages_is_told_from_what_was_lost_on_its_way() {
+        // Two are missing in a queue with room: lost on their way.
+        let mut some = waiting(&[0, 2]);
+        assert_eq!((trim(&mut some, 0, 3), some.len()), (0, 2));
+        // As many as the library holds came together: what is missing before them gave way to them.
+        let mut full = waiting(&[7, 0, 1]);
+        assert_eq!((trim(&mut full, 0, 3), full.front().unwrap().lost_before), (7, 7));
+        // One waited, and gives way to the last; what is missing is known of the next.
+        let mut more = waiting(&[1, 0, 0, 0]);
+        assert_eq!((trim(&mut more, 2, 3), more.front().unwrap().lost_before), (1, 2));
     }
 }

@@ -72,6 +72,11 @@ impl<M> Queue<M> {
         }
     }
 
+    /// How many were dropped for newer ones since the last was taken.
+    pub(crate) fn missed(&self) -> u64 {
+        self.lock().missed
+    }
+
     fn put(&self, message: Arc<M>) {
         let mut waiting = self.lock();
         if waiting.messages.len() == self.depth {

@@ -7,6 +7,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
 use msgs::stillmap_msgs::Tracks;
 use node_shell::{Node, Qos, ShellError, Subscription};
 
+use super::left_out::LeftOutCounts;
 use super::parameters::{DepthSource, ImageInput, PoseParameters};
 
 /// Messages that may wait while a frame is looked at. Each bounds the memory of its topic: ten colour images of a Kinect
@@ -118,6 +119,15 @@ impl Inputs {
 
     pub(super) fn tracks_topic(&self) -> &str {
         self.tracks.as_ref().map_or("tracks", Subscription::topic)
+    }
+
+    /// How many images gave way to newer ones while they waited to be taken.
+    pub(super) fn left_out(&self) -> LeftOutCounts {
+        let colors = match &self.colors {
+            Colors::Raw(colors) => colors.left_out_count(),
+            Colors::Compressed(colors) => colors.left_out_count(),
+        };
+        LeftOutCounts { colors, depths: self.depths.left_out_count() }
     }
 
     /// How many images have come, of both kinds.

@@ -19,6 +19,7 @@ use super::drawing::drawn;
 use super::follower::{Followed, Follower, InMap};
 use super::hints::Knowledge;
 use super::inputs::{Arrival, Inputs};
+use super::left_out::{LeftOut, Of};
 use super::map_file::MapFile;
 use super::map_path::MapPathPublisher;
 use super::output::Output;
@@ -31,6 +32,10 @@ use crate::tracking::{FeatureStatus, Hints, Tracked};
 /// A viewer needs the latest picture alone.
 const PICTURES_KEPT: usize = 1;
 
+/// What makes a frame take less time.
+const REMEDY: &str =
+    "let the camera send fewer or smaller images, or lower frame.points.max_corners";
+
 /// The condition in the diagnostics.
 const REGISTRATION: &str = "depth registration";
 
@@ -39,6 +44,7 @@ pub struct Stage {
     inputs: Inputs,
     parameters: PoseParameters,
     pairing: Pairing<Arc<Image>, Arc<Image>>,
+    left_out: LeftOut,
     cameras: Cameras,
     knowledge: Knowledge,
     extractor: FrameExtractor,
@@ -76,6 +82,7 @@ impl Stage {
             inputs: Inputs::subscribe(node, parameters)?,
             parameters: parameters.clone(),
             pairing: Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images),
+            left_out: LeftOut::default(),
             cameras: Cameras::new(parameters),
             knowledge: Knowledge::new(parameters),
             extractor: FrameExtractor::new(parameters.tracker.frame.clone())?
@@ -113,6 +120,7 @@ impl Stage {
     fn forget_inputs(&mut self) {
         let parameters = &self.parameters;
         self.pairing = Pairing::new(parameters.max_pair_gap_s, parameters.max_waiting_images);
+        self.left_out.forget();
         self.cameras = Cameras::new(parameters);
         self.knowledge = Knowledge::new(parameters);
         self.progress.reset();
@@ -148,6 +156,7 @@ impl Stage {
             }
             Arrival::Depth(message) => {
                 let stamp = convert::stamp_from_time(message.header.stamp);
+                self.left_out.take(Of::Depth, stamp, self.inputs.left_out());
                 let paired = self.pairing.push_depth(stamp, message);
                 self.handle(paired);
                 Ok(())
@@ -181,6 +190,7 @@ impl Stage {
 
     fn take_color(&mut self, image: Arc<Image>) {
         let stamp = convert::stamp_from_time(image.header.stamp);
+        self.left_out.take(Of::Color, stamp, self.inputs.left_out());
         let paired = self.pairing.push_color(stamp, image);
         self.handle(paired);
     }
@@ -195,18 +205,23 @@ impl Stage {
                         self.drop_frame(stamp, Panicked::CAUSE, &panicked.to_string());
                     }
                 }
-                Paired::ColorAlone(stamp) => {
-                    let reason =
-                        format!("no image of {} was taken then", self.inputs.depth_topic());
-                    self.drop_frame(stamp, "image without depth", &reason);
-                }
-                Paired::DepthAlone(stamp) => {
-                    let reason =
-                        format!("no image of {} was taken then", self.inputs.color_topic());
-                    self.drop_frame(stamp, "depth without image", &reason);
-                }
+                Paired::ColorAlone(stamp) => self.drop_alone(Of::Color, stamp),
+                Paired::DepthAlone(stamp) => self.drop_alone(Of::Depth, stamp),
             }
         }
+    }
+
+    /// Drops an image without a partner: the camera has taken none then, or the node has left it out.
+    fn drop_alone(&mut self, of: Of, stamp: Stamp) {
+        if self.left_out.explains(of, stamp) {
+            let counts = self.inputs.counts();
+            return self.reporter.superseded(self.header(stamp), self.next_frame, &counts);
+        }
+        let (cause, topic) = match of {
+            Of::Color => ("image without depth", self.inputs.depth_topic()),
+            Of::Depth => ("depth without image", self.inputs.color_topic()),
+        };
+        self.drop_frame(stamp, cause, &format!("no image of {topic} was taken then"));
     }
 
     fn frame(&mut self, stamp: Stamp, color: &Image, depth: &Image) {
@@ -254,11 +269,17 @@ impl Stage {
         }
         timer.end_of("publish");
         self.report(stamp, &frame, (&tracked, in_map.as_ref()), &timer);
+        self.reporter.keeps_pace(self.left_out.pairs(self.inputs.left_out()), &timer, REMEDY);
     }
 
     #[cfg(test)]
     pub(super) fn registration_doubt(&self) -> &str {
         self.registration_doubt.as_deref().unwrap_or_default()
+    }
+
+    #[cfg(test)]
+    pub(super) fn warnings(&self) -> Vec<String> {
+        self.counters.warnings()
     }
 
     /// Reports, once, that the depth images may be another camera's.

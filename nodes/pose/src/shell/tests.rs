@@ -1,5 +1,6 @@
 //! The node in this process, before a wall with a picture on it.
 
+mod behind;
 mod maps;
 mod options;
 
@@ -140,6 +141,10 @@ impl Scene {
     fn take(&mut self, color: Image, depth: Image) -> Outcome {
         self.colors.publish(color).unwrap();
         self.depths.publish(depth).unwrap();
+        self.hear()
+    }
+
+    fn hear(&mut self) -> Outcome {
         self.stage.take_waiting();
         let mut outcome = Outcome { odometry: Vec::new(), reports: Vec::new() };
         while let Some(received) = self.odometry.try_next() {

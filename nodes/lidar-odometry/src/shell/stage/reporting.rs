@@ -53,9 +53,16 @@ impl Stage {
         is_another
     }
 
-    /// Reports the state, in the diagnostics and, where it changes, in the log.
-    pub(super) fn report_state(&mut self, pose: &LidarPose) {
-        if let Some(trouble) = pose.quality.trouble() {
+    /// Reports the state, in the diagnostics and, where it changes, in the log. So many scans were left out before this one.
+    pub(super) fn report_state(&mut self, pose: &LidarPose, left_out: u64) {
+        if let Some(mut trouble) = pose.quality.trouble() {
+            // The scanner is not to blame for this gap.
+            if pose.quality.unknown_s > 0.0 && left_out > 0 {
+                let scans = if left_out == 1 { "scan was" } else { "scans were" };
+                trouble = format!(
+                    "{left_out} {scans} left out, since the node is too slow for its input: {trouble}"
+                );
+            }
             self.note_trouble(&format!("degraded: {trouble}"));
             self.last_trouble = Some(trouble);
             return;
