@@ -53,6 +53,7 @@ async fn main() -> Result<(), Box<dyn Error>> {
     let host = Host::on(Transport::from_environment()?)?;
     let node = |name: &str| host.node(name, &RosArguments::parse([""; 0])?);
     let shown = ShownNode {
+        may_be_absent: false,
         name: "detection".to_owned(),
         parameters: descriptors::<MadeUp>().map_err(|error| error.to_string())?,
     };

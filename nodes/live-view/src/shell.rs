@@ -39,6 +39,8 @@ pub struct ShownNode {
     pub name: String,
     /// The declarations of its parameters.
     pub parameters: Vec<ParameterDescriptor>,
+    /// Whether the suite may run without it: then it is left out while it is not in the graph.
+    pub may_be_absent: bool,
 }
 
 /// Where the nodes are that are shown.

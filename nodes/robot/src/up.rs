@@ -143,7 +143,10 @@ pub(crate) fn run(args: &UpArgs, ros: &RosArguments) -> Result<Outcome, Failure>
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
-        let viewers = (args.view.map(view::listen).transpose()?, args.foxglove.listen()?);
+        let viewers = (
+            args.view.map(|address| view::listen(address, "--view")).transpose()?,
+            args.foxglove.listen()?,
+        );
         let nodes = Nodes::start(&arguments, parameters, viewers)
             .map_err(|error| Failure::of_node(&error))?;
         nodes.serve().await
@@ -182,6 +185,15 @@ struct Nodes {
 enum Odometry {
     Visual(Node, Box<PoseParameters>),
     Lidar(Node, Box<LidarOdometryParameters>),
+}
+
+impl Odometry {
+    fn node(&self) -> PoseNode {
+        match self {
+            Self::Visual(..) => PoseNode::Visual,
+            Self::Lidar(..) => PoseNode::Lidar,
+        }
+    }
 }
 
 impl Nodes {
@@ -252,11 +264,8 @@ impl Nodes {
         };
         tasks.spawn(serve.instrument(span));
 
-        let has = |pose: fn(&Odometry) -> bool| self.odometry.as_ref().is_some_and(pose);
-        let shown = view::shown_nodes(
-            has(|pose| matches!(pose, Odometry::Visual(..))),
-            has(|pose| matches!(pose, Odometry::Lidar(..))),
-        )?;
+        let pose: Vec<PoseNode> = self.odometry.iter().map(Odometry::node).collect();
+        let shown = view::shown_nodes(&pose, false)?;
         // The nodes go on without it.
         let view = self.view.map(|(node, view)| {
             view::announce(&view);

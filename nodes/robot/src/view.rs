@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use detection::shell::DetectionParameters;
 use lidar_odometry::shell::LidarOdometryParameters;
 use live_view::shell::{
@@ -19,7 +19,7 @@ use tracing::Instrument;
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::run::Stage;
-use crate::{lidar, visual};
+use crate::up::PoseNode;
 
 /// Arguments of `stillmap view`.
 #[derive(Args, Debug)]
@@ -48,7 +48,7 @@ impl FoxgloveArgs {
     /// Listens, where that is asked for.
     pub(crate) fn listen(&self) -> Result<Option<FoxgloveServer>, Failure> {
         self.foxglove
-            .map(|address| FoxgloveServer::bind(address).map_err(cannot_listen))
+            .map(|address| FoxgloveServer::bind(address).map_err(cannot_listen("--foxglove")))
             .transpose()
     }
 }
@@ -62,12 +62,12 @@ pub(crate) fn run(args: &ViewArgs, ros: &RosArguments) -> Result<Outcome, Failur
         .build()
         .map_err(|error| Failure::new(format!("cannot start threads: {error}")))?;
     runtime.block_on(async {
-        let view = listen(args.address)?;
+        let view = listen(args.address, "stillmap view")?;
         let foxglove = args.foxglove.listen()?;
         let transport = Transport::from_environment().map_err(|error| failed(&error))?;
         let host = Host::on(transport).map_err(|error| failed(&error))?;
         let node = host.node(NODE, ros).map_err(|error| failed(&error))?;
-        let shown = shown_nodes(true, true)?;
+        let shown = shown_nodes(PoseNode::value_variants(), true)?;
         announce(&view);
         let viewers = async {
             let Some(server) = foxglove else { return Ok(()) };
@@ -88,13 +88,18 @@ pub(crate) fn run(args: &ViewArgs, ros: &RosArguments) -> Result<Outcome, Failur
     })
 }
 
-/// Listens on an address.
-pub(crate) fn listen(address: SocketAddr) -> Result<LiveView, Failure> {
-    LiveView::bind(address).map_err(cannot_listen)
+/// Listens on the address that stands behind these words of the command line.
+pub(crate) fn listen(address: SocketAddr, words: &str) -> Result<LiveView, Failure> {
+    LiveView::bind(address).map_err(cannot_listen(words))
 }
 
-fn cannot_listen(error: ViewError) -> Failure {
-    Failure::new(error.to_string()).fix("choose another address or port; port 0 is a free one")
+/// Another suite on this machine may serve there.
+fn cannot_listen(words: &str) -> impl Fn(ViewError) -> Failure {
+    move |error| {
+        Failure::new(error.to_string()).fix(format!(
+            "choose another address or port: {words} ADDRESS:PORT; port 0 is a free one, as in {words} 127.0.0.1:0"
+        ))
+    }
 }
 
 /// Says where the page is.
@@ -132,18 +137,45 @@ pub(crate) async fn serve_foxglove(
     served.await.map_err(|error| error.to_string())
 }
 
-/// The nodes whose parameters the page shows: the three stages, and those that make the pose.
-pub(crate) fn shown_nodes(has_visual: bool, has_lidar: bool) -> Result<Vec<ShownNode>, Failure> {
+/// The nodes whose parameters the page shows: the three stages, and those that make the pose, which may be absent.
+pub(crate) fn shown_nodes(
+    pose: &[PoseNode],
+    may_be_absent: bool,
+) -> Result<Vec<ShownNode>, Failure> {
     fn of<P: NodeParameters>(name: &str) -> Result<ShownNode, ParameterError> {
-        Ok(ShownNode { name: name.to_owned(), parameters: descriptors::<P>()? })
+        let parameters = descriptors::<P>()?;
+        Ok(ShownNode { name: name.to_owned(), parameters, may_be_absent: false })
     }
     let mut nodes = vec![
         of::<DetectionParameters>(Stage::Detection.name()),
         of::<SegmentationParameters>(Stage::Segmentation.name()),
         of::<ReconstructionParameters>(Stage::Reconstruction.name()),
     ];
-    nodes.extend(has_visual.then(|| of::<PoseParameters>(visual::NODE)));
-    nodes.extend(has_lidar.then(|| of::<LidarOdometryParameters>(lidar::NODE)));
+    nodes.extend(pose.iter().map(|pose| {
+        let shown = match pose {
+            PoseNode::Visual => of::<PoseParameters>(pose.name()),
+            PoseNode::Lidar => of::<LidarOdometryParameters>(pose.name()),
+        };
+        shown.map(|shown| ShownNode { may_be_absent, ..shown })
+    }));
     let nodes: Result<Vec<_>, _> = nodes.into_iter().collect();
     nodes.map_err(|error| Failure::new(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: a second suite with a page on one machine ended without a word of the option that chooses another port.
+    #[test]
+    fn a_port_that_is_taken_is_answered_with_the_option_for_another_one() {
+        let first = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = first.local_addr().unwrap();
+        let said = |failure: Failure| format!("{failure:?}");
+        let failure = said(listen(address, "--view").err().unwrap());
+        assert!(failure.contains("--view 127.0.0.1:0"), "{failure}");
+        let foxglove = FoxgloveArgs { foxglove: Some(address) };
+        let failure = said(foxglove.listen().err().unwrap());
+        assert!(failure.contains("--foxglove ADDRESS:PORT"), "{failure}");
+    }
 }
