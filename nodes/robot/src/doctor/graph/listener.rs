@@ -38,6 +38,8 @@ pub(super) struct GraphListener {
     pub(super) transforms: TransformFacts,
     small: Vec<TopicListener>,
     large: Vec<TopicListener>,
+    /// The graph for which all that is wanted is subscribed to.
+    seen: Vec<DiscoveredEndpoint>,
 }
 
 impl GraphListener {
@@ -52,11 +54,26 @@ impl GraphListener {
             transforms: TransformFacts::default(),
             small: Vec::new(),
             large: Vec::new(),
+            seen: Vec::new(),
         })
     }
 
-    /// Subscribes to topics that were discovered since the last call.
-    pub(super) fn subscribe_to_new(
+    /// Subscribes to what has come into the graph since the last call. Returns whether the graph has changed.
+    pub(super) fn follow(
+        &mut self,
+        node: &Node,
+        survey: Vec<DiscoveredEndpoint>,
+        measure: bool,
+    ) -> Result<bool, ShellError> {
+        if survey == self.seen {
+            return Ok(false);
+        }
+        self.subscribe_to_new(node, &survey, measure)?;
+        self.seen = survey;
+        Ok(true)
+    }
+
+    fn subscribe_to_new(
         &mut self,
         node: &Node,
         survey: &[DiscoveredEndpoint],
@@ -214,5 +231,29 @@ fn large_topic(
             TopicListener::open::<PointCloud2>(node, topic, WAITING_LARGE, |one| one.data.len())
         }
         _ => Ok(None),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use node_shell::{Host, RosArguments};
+
+    use super::super::synthetic::{healthy, publisher};
+    use super::*;
+
+    /// Regression: what the suite publishes was looked for in the whole graph 20 times a second.
+    #[test]
+    fn a_graph_that_has_not_changed_is_not_looked_through_again() {
+        let host = Host::in_process();
+        let arguments = RosArguments::parse([] as [String; 0]).unwrap();
+        let node = host.node("listener", &arguments).unwrap();
+        let mut listener = GraphListener::open(&node).unwrap();
+        let mut follow = |survey| listener.follow(&node, survey, true).unwrap();
+        assert!(follow(healthy()));
+        assert!(!follow(healthy()));
+        let mut more = healthy();
+        more.push(publisher("/rear/scan", LaserScan::TYPE_NAME, "/driver"));
+        assert!(follow(more));
+        assert!(listener.into_received().contains_key("/rear/scan"));
     }
 }

@@ -72,7 +72,7 @@ async fn observe(node: &Node, listening: Listening) -> Result<Seen, ShellError> 
     let drops_before = KernelDrops::read();
     let mut listener = GraphListener::open(node)?;
     loop {
-        listener.subscribe_to_new(node, &node.survey(), listening.measure)?;
+        listener.follow(node, node.survey(), listening.measure)?;
         listener.take();
         let rest = listening.span.saturating_sub(start.elapsed());
         if rest.is_zero() {
