@@ -210,8 +210,21 @@ async fn the_topics_of_a_live_graph_are_found_and_the_suite_starts_with_them() {
     let up = Running::start(["up", "--detect", "--yes", "--ros-args", "-r", &rule]);
     let cycle = timeout(PATIENCE, reduced.next()).await;
     assert!(cycle.is_ok(), "the suite has no cycle");
+
+    // Beside it another one runs by the command that is printed then.
+    let output = tokio::task::spawn_blocking(detect(rule.clone())).await.unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    let (_, command) = said.split_once("beside it: stillmap ").unwrap_or_else(|| panic!("{said}"));
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let own = words.iter().find_map(|word| word.strip_prefix("__ns:=")).unwrap();
+    let topic = format!("{own}/reduced_cloud");
+    let others = node.subscription::<ReducedCloud>(&topic, &Qos::reliable(5)).unwrap();
+    let beside = Running::start(&words);
+    let cycle = timeout(PATIENCE, others.next()).await;
+    assert!(cycle.is_ok(), "`{command}` has no cycle");
+    assert!(beside.interrupt());
     assert!(up.interrupt());
-    drop((player, reduced));
+    drop((player, reduced, others));
     node.close().await;
 }
 

@@ -12,7 +12,7 @@ use node_shell::names::NameError;
 use node_shell::{DiscoveredEndpoint, Role, RosArguments};
 use serde::Serialize;
 
-use super::{GraphView, ReceivedTopic};
+use super::{GraphView, ReceivedTopic, SuiteTopics, results};
 use crate::failure::Failure;
 use crate::offer::{LEAST_POSES_HZ, Offer};
 use crate::ros_words::{gives, ros_words};
@@ -56,15 +56,22 @@ impl Proposal {
     /// # Errors
     /// When the suite runs in the graph already, an input is missing, or several topics could be one.
     pub(crate) fn of(view: &GraphView) -> Result<Self, Failure> {
-        if let Some(running) = running_suite(view) {
-            return Err(Failure::new(format!("{running} runs in this graph already"))
-                .fix("stop it, or start the suite in a namespace of its own: --ros-args -r __ns:=/second"));
-        }
+        let Some(running) = running_suite(&view.suite, view) else { return Self::of_topics(view) };
+        let beside = Self::of_topics(view).ok().and_then(|proposal| proposal.beside(view));
+        let second = beside.map(|command| format!(", or start another suite beside it: {command}"));
+        Err(Failure::new(format!("{running} runs in this graph already"))
+            .fix(format!("stop it{}", second.unwrap_or_default())))
+    }
+
+    /// The same, whether a suite runs or not: its results are no inputs.
+    fn of_topics(view: &GraphView) -> Result<Self, Failure> {
+        let results = results::of_suite(&view.endpoints);
         let published: Vec<(&str, &str)> = view
             .endpoints
             .iter()
             .filter(|one| one.role == Role::Publisher && is_alive(view, one))
             .filter(|one| is_tf(&one.topic) || view.suite.is_beside(&one.topic))
+            .filter(|one| !results.contains(one.topic.as_str()))
             .filter(|one| one.topic != TF || may_place_the_robot(view))
             .map(|one| (one.topic.as_str(), one.type_name.as_str()))
             .collect();
@@ -126,6 +133,20 @@ impl Proposal {
         proposal.take_mounts(placed);
         proposal.take_colours(view, offer, &sensors.view);
         proposal
+    }
+
+    /// The command for another suite with the same inputs, in a namespace of its own, where their names are other ones.
+    fn beside(self, view: &GraphView) -> Option<String> {
+        let (said, suite) = (2..).find_map(|number| free_namespace(view, number))?;
+        let is_parameter = |pair: &&[String]| pair.first().is_some_and(|option| option == "-p");
+        let parameters: Vec<String> =
+            self.ros_arguments.chunks(2).filter(is_parameter).flatten().cloned().collect();
+        let mut second = Self { inputs: Vec::new(), ros_arguments: Vec::new(), ..self.clone() };
+        let second_view = GraphView { suite, ..view.clone() };
+        let topics = self.inputs.iter().map(|input| (input.name, input.topic.as_str()));
+        second.take_topics(&second_view, topics);
+        second.ros_arguments.extend(parameters);
+        second.command(&[], &said).ok()
     }
 
     /// Whether tf says where scanner and camera are on the robot.
@@ -304,12 +325,20 @@ fn placed(view: &GraphView, inputs: &Inputs) -> Option<TfFrames> {
     tf_frames::not_on_robot(tree, &found.robot, &sensors).is_empty().then_some(found)
 }
 
-/// A node of the suite that is there.
-fn running_suite(view: &GraphView) -> Option<String> {
+/// A node of the suite that is there under its name of these.
+fn running_suite(suite: &SuiteTopics, view: &GraphView) -> Option<String> {
     let is_suite =
-        |node: &&str| SUITE.iter().any(|one| view.suite.resolved(one).as_deref() == Some(*node));
+        |node: &&str| SUITE.iter().any(|one| suite.resolved(one).as_deref() == Some(*node));
     let mut nodes = view.endpoints.iter().filter_map(|one| one.node.as_deref());
     nodes.find(is_suite).map(|node| format!("node {node}"))
+}
+
+/// A namespace in which no suite runs, as arguments and with the names that the suite has there; `None` where one does.
+fn free_namespace(view: &GraphView, number: usize) -> Option<(RosArguments, SuiteTopics)> {
+    let rule = format!("__ns:=/suite_{number}");
+    let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).ok()?;
+    let suite = SuiteTopics::resolve(&arguments).ok()?;
+    running_suite(&suite, view).is_none().then_some((arguments, suite))
 }
 
 /// What need not be chosen: the topics that have the suite's names, and the only topic with depth images.

@@ -219,3 +219,25 @@ fn what_is_missing_or_not_clear_is_said() {
     running.endpoints.push(publisher("/static_map", POINTS, "/reconstruction"));
     assert!(refused(&running).contains("/reconstruction runs"), "{}", refused(&running));
 }
+
+/// Regression: the advice was a namespace alone, in which the graph had no 2D laser scan.
+#[test]
+fn beside_a_running_suite_the_command_for_another_one_has_the_same_inputs() {
+    const REPORT: &str = "stillmap_msgs/msg/StageReport";
+    let mut graph = view(healthy());
+    for node in ["/detection", "/segmentation", "/suite_2/detection"] {
+        graph.endpoints.push(publisher(&format!("{node}/report"), REPORT, node));
+    }
+    graph.endpoints.push(publisher("/static_scan", SCAN, "/segmentation"));
+    let advice = Proposal::of(&graph).unwrap_err();
+    let line = format!("{advice:?}");
+    let command = "stillmap up --ros-args -r __ns:=/suite_3 -r scan:=/scan -r pose:=/pose \
+                   -r depth/image:=/depth/image -r depth/camera_info:=/depth/camera_info";
+    assert!(line.contains(command), "{line}");
+    // It is what that suite needs.
+    let words = command.split_whitespace().skip(2);
+    let suite = SuiteTopics::resolve(&RosArguments::parse(words).unwrap()).unwrap();
+    for (name, topic) in [("scan", "/scan"), ("depth/image", "/depth/image"), ("pose", "/pose")] {
+        assert_eq!(suite.resolved(name).as_deref(), Some(topic));
+    }
+}
