@@ -18,7 +18,9 @@
 //! | `moving_runs` | which runs of beams in free space are objects |
 //! | `tracker` | association with the objects of earlier scans, and whether they have travelled |
 //! | `zones` | the zones of objects, visible or not |
+//! | `beams_beside` | the beams of objects that are in no run: in held zones, feet, edges |
 
+mod beams_beside;
 mod clearance;
 mod deskewed_scan;
 mod evidence;
@@ -37,6 +39,7 @@ use nalgebra::Isometry3;
 use crate::aperture::Beam;
 use crate::config::DetectionConfig;
 use crate::zone_finder::Unmeasured;
+use beams_beside::add_beams_beside;
 use deskewed_scan::{DeskewInput, DeskewedScan, Return};
 use evidence::{EvidenceGrid, ReturnClass, ReturnLabel};
 use moving_runs::moving_runs;
@@ -56,11 +59,6 @@ const RATE_BESIDE_AN_OBJECT: f64 = 0.25;
 /// are not an object: in floating point their product is slightly above the bound of module `moving_runs`. With a
 /// bound that accepts them, recordings of people have more zones, and no more of the people's legs in them.
 const RATE_OF_TRAVELLING_OBJECT: f64 = 0.1;
-
-/// A walker's feet are no farther apart: half of a long stride.
-const STEP_M: f64 = 0.75;
-/// The width of a leg in trousers.
-const LEG_M: f64 = 0.2;
 
 /// Background so near to an object may be a part of it that was missed before: the width of a chair.
 const CLUTTER_M: f64 = 0.5;
@@ -259,10 +257,7 @@ impl MotionFinder {
         let view = CycleView { scan, classes: &classes, within, platform_moves: *platform_moves };
         let objects = self.tracker.objects_mut();
         let zones = self.zone_maker.zones(&view, &measured, objects, known_m);
-        beams.extend(beams_in_held_zones(scan, &classes, &zones));
-        // Feet first: what is beside a foot is of the same person, too.
-        beams.extend(feet_beside(scan, &classes, &beams));
-        beams.extend(edges_beside(scan, &classes, &beams));
+        add_beams_beside(&mut beams, scan, &classes, &zones);
         let hits = self.hits(scan, beams, *now_ms);
         let found = self.search(&classes, zones, &measured, known_m, within);
         let rays = rays(scan, &labels, &hits);
@@ -429,72 +424,6 @@ fn rays(scan: &DeskewedScan, labels: &[ReturnLabel], hits: &[MovingBeam]) -> Vec
         })
     };
     scan.beams.iter().enumerate().filter_map(ray).collect()
-}
-
-/// The beams in observed free space that end within a step of a return that moves: a foot that is too narrow to be an object by
-/// itself.
-fn feet_beside(
-    scan: &DeskewedScan,
-    classes: &[Option<ReturnClass>],
-    moving: &[usize],
-) -> Vec<usize> {
-    let is_free = |class: &ReturnClass| matches!(class, ReturnClass::InFreeSpace { .. });
-    beams_beside(scan, classes, moving, STEP_M, is_free)
-}
-
-/// The beams that end within a leg's width of a return that moves, wherever background is not known.
-fn edges_beside(
-    scan: &DeskewedScan,
-    classes: &[Option<ReturnClass>],
-    moving: &[usize],
-) -> Vec<usize> {
-    let is_undecided =
-        |class: &ReturnClass| matches!(class, ReturnClass::Unknown | ReturnClass::Ambiguous);
-    beams_beside(scan, classes, moving, LEG_M, is_undecided)
-}
-
-/// The beams of these classes that end within `within_m` of a return that moves.
-fn beams_beside(
-    scan: &DeskewedScan,
-    classes: &[Option<ReturnClass>],
-    moving: &[usize],
-    within_m: f64,
-    is_of_class: impl Fn(&ReturnClass) -> bool,
-) -> Vec<usize> {
-    let place_m = |beam: usize| scan.beams[beam].hit.map(|hit| hit.in_map_m);
-    let moving_m: Vec<_> = moving.iter().filter_map(|beam| place_m(*beam)).collect();
-    let is_beside = |beam: &usize| {
-        classes[*beam].as_ref().is_some_and(&is_of_class)
-            && place_m(*beam).is_some_and(|own_m| {
-                moving_m.iter().any(|other_m| (own_m - other_m).norm() <= within_m)
-            })
-    };
-    (0..classes.len()).filter(is_beside).collect()
-}
-
-/// The beams that end where a zone is held, and not at background: the object was not found in this scan, and is there.
-fn beams_in_held_zones(
-    scan: &DeskewedScan,
-    classes: &[Option<ReturnClass>],
-    zones: &[DynamicZone],
-) -> Vec<usize> {
-    let held = |zone: &&DynamicZone| zone.source != ZoneSource::Measured;
-    let spans: Vec<_> = zones.iter().filter(held).filter_map(|z| Some((z, z.returns?))).collect();
-    let is_held = |hit: &Return| {
-        let (distance_m, point) = (hit.distance_m(), hit.in_rig_m.cast::<f32>());
-        spans.iter().any(|(zone, span)| {
-            let span_m =
-                f64::from(span.nearest_m) - hit.error_m..=f64::from(span.farthest_m) + hit.error_m;
-            span_m.contains(&distance_m) && zone.contains(&point)
-        })
-    };
-    let beams = scan.beams.iter().zip(classes).enumerate();
-    beams
-        .filter(|(_, (beam, class))| {
-            *class != &Some(ReturnClass::Background) && beam.hit.as_ref().is_some_and(is_held)
-        })
-        .map(|(place, _)| place)
-        .collect()
 }
 
 #[cfg(test)]
