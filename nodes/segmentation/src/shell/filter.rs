@@ -6,6 +6,7 @@
 mod calibration;
 mod colours;
 mod lane;
+mod raw_topic;
 
 use std::sync::Arc;
 
@@ -124,9 +125,9 @@ impl Filter {
         self.scans.follow_subscribers(node, &Qos::sensor(SCANS_KEPT), false)?;
         self.images.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT), needs_depth)?;
         // Cameras that compute their own clouds publish depth images, too: one of both is enough.
-        let needs_points = needs_depth && !self.images.has_source();
+        let needs_points = needs_depth && !self.images.raw.has_source();
         self.points.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT), needs_points)?;
-        self.calibration.follow_subscribers(node, self.images.is_wanted())?;
+        self.calibration.follow_subscribers(node, self.images.raw.is_subscribed())?;
         if !self.is_wanted() {
             self.motion.clear();
         }
@@ -135,37 +136,39 @@ impl Filter {
 
     /// Whether anything is filtered.
     pub(super) fn is_wanted(&self) -> bool {
-        self.scans.is_wanted() || self.images.is_wanted() || self.points.is_wanted()
+        self.scans.raw.is_subscribed()
+            || self.images.raw.is_subscribed()
+            || self.points.raw.is_subscribed()
     }
 
     /// The next raw message. May be dropped while it waits.
     pub(super) async fn next(&self) -> RawArrival {
         tokio::select! {
             biased;
-            message = self.scans.next() => RawArrival::Scan(message),
-            message = self.calibration.next() => RawArrival::CameraInfo(message),
-            message = self.colours.calibration.next() => RawArrival::ColourInfo(message),
-            message = self.images.next() => RawArrival::Image(message),
-            message = self.points.next() => RawArrival::Points(message),
+            message = self.scans.raw.next() => RawArrival::Scan(message),
+            message = self.calibration.raw.next() => RawArrival::CameraInfo(message),
+            message = self.colours.calibration.raw.next() => RawArrival::ColourInfo(message),
+            message = self.images.raw.next() => RawArrival::Image(message),
+            message = self.points.raw.next() => RawArrival::Points(message),
             message = self.colours.next() => RawArrival::Colour(message),
         }
     }
 
     /// Takes every raw message that is here already.
     pub(super) fn take_waiting(&mut self) {
-        while let Some(message) = self.scans.try_next() {
+        while let Some(message) = self.scans.raw.try_next() {
             self.take(RawArrival::Scan(message));
         }
-        while let Some(message) = self.calibration.try_next() {
+        while let Some(message) = self.calibration.raw.try_next() {
             self.take(RawArrival::CameraInfo(message));
         }
-        while let Some(message) = self.colours.calibration.try_next() {
+        while let Some(message) = self.colours.calibration.raw.try_next() {
             self.take(RawArrival::ColourInfo(message));
         }
-        while let Some(message) = self.images.try_next() {
+        while let Some(message) = self.images.raw.try_next() {
             self.take(RawArrival::Image(message));
         }
-        while let Some(message) = self.points.try_next() {
+        while let Some(message) = self.points.raw.try_next() {
             self.take(RawArrival::Points(message));
         }
         while let Some(message) = self.colours.try_next() {
@@ -191,11 +194,11 @@ impl Filter {
             RawArrival::Colour(message) => self.take_colour(message),
             RawArrival::CameraInfo(message) => {
                 let taken = self.calibration.take(&message);
-                self.note_calibration(self.calibration.raw_name(), taken);
+                self.note_calibration(self.calibration.raw.name(), taken);
             }
             RawArrival::ColourInfo(message) => {
                 let taken = self.colours.calibration.take(&message);
-                self.note_calibration(self.colours.calibration.raw_name(), taken);
+                self.note_calibration(self.colours.calibration.raw.name(), taken);
             }
         }
         self.release(false);
@@ -334,7 +337,7 @@ impl Filter {
     }
 
     fn refuse_uncalibrated(&self, topic: &str, calibration: &Calibration) {
-        let reason = format!("no calibration has come on {}", calibration.raw_name());
+        let reason = format!("no calibration has come on {}", calibration.raw.name());
         self.refuse(topic, &reason);
     }
 

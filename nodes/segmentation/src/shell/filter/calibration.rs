@@ -11,9 +11,10 @@ use std::sync::Arc;
 use geometry::{CameraModel, Stamp};
 use msgs::convert::{self, ConvertError};
 use msgs::sensor_msgs::CameraInfo;
-use node_shell::{Node, Publisher, Qos, ShellError, Subscription};
+use node_shell::{Node, Publisher, Qos, ShellError};
 
 use super::lane::Wait;
+use super::raw_topic::RawTopic;
 
 /// Those that may have come and are not taken yet.
 const KEPT: usize = 10;
@@ -22,8 +23,7 @@ const LATEST_IMAGE_S: f64 = 0.2;
 
 /// The calibration of a camera, subscribed to while its images or the calibrations of what is made of them are wanted.
 pub(super) struct Calibration {
-    raw_name: &'static str,
-    raw: Option<Subscription<CameraInfo>>,
+    pub(super) raw: RawTopic<CameraInfo>,
     statics: Publisher<CameraInfo>,
     dynamics: Publisher<CameraInfo>,
     camera: Option<CameraModel>,
@@ -46,8 +46,7 @@ impl Calibration {
         wait: Wait,
     ) -> Result<Self, ShellError> {
         Ok(Self {
-            raw_name,
-            raw: None,
+            raw: RawTopic::new(raw_name),
             statics: node.publisher(statics, qos)?,
             dynamics: node.publisher(dynamics, qos)?,
             camera: None,
@@ -66,25 +65,10 @@ impl Calibration {
         has_images: bool,
     ) -> Result<(), ShellError> {
         let is_wanted = self.statics.subscriber_count() + self.dynamics.subscriber_count() > 0;
-        if !(is_wanted || has_images) {
-            self.raw = None;
-        } else if self.raw.is_none() {
-            self.raw = Some(node.subscription(self.raw_name, &Qos::sensor(KEPT))?);
-        }
+        self.raw.follow(node, &Qos::sensor(KEPT), is_wanted || has_images)?;
         self.has_images = has_images;
         self.send_due();
         Ok(())
-    }
-
-    pub(super) async fn next(&self) -> Arc<CameraInfo> {
-        match &self.raw {
-            Some(raw) => raw.next().await.message,
-            None => std::future::pending().await,
-        }
-    }
-
-    pub(super) fn try_next(&self) -> Option<Arc<CameraInfo>> {
-        Some(self.raw.as_ref()?.try_next()?.message)
     }
 
     /// Takes a message and the camera that it describes. It is passed on with its image.
@@ -149,9 +133,5 @@ impl Calibration {
     /// The last one that came.
     pub(super) fn camera(&self) -> Option<&CameraModel> {
         self.camera.as_ref()
-    }
-
-    pub(super) fn raw_name(&self) -> &'static str {
-        self.raw_name
     }
 }

@@ -53,7 +53,7 @@ impl Colours {
 
     pub(super) fn follow_subscribers(&mut self, node: &Node) -> Result<(), NodeFailure> {
         self.lane.follow_subscribers(node, &Qos::sensor(VIEWS_KEPT), false)?;
-        self.calibration.follow_subscribers(node, self.lane.is_wanted())?;
+        self.calibration.follow_subscribers(node, self.lane.raw.is_subscribed())?;
         let is_static_masked = self.fill == ColourFill::Black && self.lane.is_static_wanted();
         self.needs_mask = is_static_masked || self.lane.is_dynamic_wanted();
         Ok(())
@@ -64,11 +64,11 @@ impl Colours {
     }
 
     pub(super) async fn next(&self) -> Arc<Image> {
-        self.lane.next().await
+        self.lane.raw.next().await
     }
 
     pub(super) fn try_next(&self) -> Option<Arc<Image>> {
-        self.lane.try_next()
+        self.lane.raw.try_next()
     }
 
     pub(super) fn clear(&mut self) {

@@ -8,7 +8,9 @@ use msgs::RosMessage;
 use msgs::convert::{ConvertError, stamp_from_time};
 use msgs::sensor_msgs::{Image, LaserScan, PointCloud2};
 use msgs::std_msgs::Header;
-use node_shell::{Node, Publisher, Qos, ShellError, Subscription};
+use node_shell::{Node, Publisher, Qos, ShellError};
+
+use super::raw_topic::RawTopic;
 
 /// A stamp so much before the last one is the start of another run, not a late message.
 const ANOTHER_RUN_S: f64 = 1.0;
@@ -51,8 +53,7 @@ pub(super) struct Wait {
 
 /// A raw topic, subscribed to while one of its filtered topics is wanted.
 pub(super) struct Lane<M: Stamped> {
-    raw_name: &'static str,
-    raw: Option<Subscription<M>>,
+    pub(super) raw: RawTopic<M>,
     statics: Publisher<M>,
     dynamics: Publisher<M>,
     wait: Wait,
@@ -69,8 +70,7 @@ impl<M: Stamped> Lane<M> {
         wait: Wait,
     ) -> Result<Self, ShellError> {
         Ok(Self {
-            raw_name,
-            raw: None,
+            raw: RawTopic::new(raw_name),
             statics: node.publisher(statics, qos)?,
             dynamics: node.publisher(dynamics, qos)?,
             wait,
@@ -87,17 +87,10 @@ impl<M: Stamped> Lane<M> {
         is_needed: bool,
     ) -> Result<(), ShellError> {
         let is_wanted = is_needed || self.is_static_wanted() || self.is_dynamic_wanted();
-        if is_wanted && self.raw.is_none() {
-            self.raw = Some(node.subscription(self.raw_name, qos)?);
-        } else if !is_wanted && self.raw.is_some() {
-            self.raw = None;
+        if self.raw.is_subscribed() && !is_wanted {
             self.clear();
         }
-        Ok(())
-    }
-
-    pub(super) fn is_wanted(&self) -> bool {
-        self.raw.is_some()
+        self.raw.follow(node, qos, is_wanted)
     }
 
     pub(super) fn is_static_wanted(&self) -> bool {
@@ -108,25 +101,9 @@ impl<M: Stamped> Lane<M> {
         self.dynamics.subscriber_count() > 0
     }
 
-    /// Whether somebody publishes the raw topic, as far as it is subscribed to.
-    pub(super) fn has_source(&self) -> bool {
-        self.raw.as_ref().is_some_and(|raw| raw.publisher_count() > 0)
-    }
-
     /// Whether a message waits for its cycle.
     pub(super) fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
-    }
-
-    pub(super) async fn next(&self) -> Arc<M> {
-        match &self.raw {
-            Some(raw) => raw.next().await.message,
-            None => std::future::pending().await,
-        }
-    }
-
-    pub(super) fn try_next(&self) -> Option<Arc<M>> {
-        Some(self.raw.as_ref()?.try_next()?.message)
     }
 
     /// Whether what waits is of another run than a message that has come: the time has jumped back.

@@ -1,7 +1,7 @@
 use geometry::{CameraModel, Distortion, VoxelGrid};
 use msgs::sensor_msgs::Image;
 use msgs::std_msgs::Header;
-use node_shell::{Host, RosArguments};
+use node_shell::{Host, RosArguments, Subscription};
 
 use super::super::{Filter, FilterParameters, RawArrival};
 use super::*;
