@@ -1,16 +1,11 @@
 //! The distance up to which each beam certainly shows free space.
 //!
-//! The bearing of a beam has an error of up to half a step, its pose has an error, and its range has noise. The beam
-//! therefore certainly passed free space only as far as every return of the same scan that could lie on its path, given
-//! these errors, is farther away: the visible region of the scan, reduced by the errors at its boundary. This one rule
-//! covers depth edges (a beam that passes an object closely does not show the space beside it), walls seen at grazing
-//! angles, and parallax.
+//! The bearing of a beam has an error of up to half a step, and its range has noise. The beam therefore certainly passed free space
+//! only as far as the returns of the beams beside it are: the visible region of the scan, reduced at its boundary. This one rule
+//! covers depth edges (a beam that passes an object closely does not show the space beside it) and walls seen at grazing angles.
+//! Errors of the pose are in those of the returns.
 
 use super::deskewed_scan::DeskewedScan;
-
-/// A return reduces the clear range of at most so many beams at each side, even if more are within the angle of the error.
-/// It bounds the computing time for scanners with very fine steps.
-const MOST_PLACES: f64 = 64.0;
 
 /// The distance up to which each beam of `scan` certainly shows free space: 0 for a beam without a return, which any
 /// dark surface may have absorbed, and at most `reach_m`. `margin_m` is kept before each return.
@@ -19,12 +14,9 @@ pub(super) fn clear_distances_m(scan: &DeskewedScan, margin_m: f64, reach_m: f64
         scan.beams.iter().map(|beam| if beam.hit.is_some() { reach_m } else { 0.0 }).collect();
     for (index, beam) in scan.beams.iter().enumerate() {
         let Some(hit) = &beam.hit else { continue };
-        let range_m = f64::from(hit.range_m);
-        let limit_m = (range_m - hit.error_m - margin_m).max(0.0);
+        let limit_m = (f64::from(hit.range_m) - hit.error_m - margin_m).max(0.0);
         // The errors of two bearings, half a step each, add up to one step.
-        let aside_rad = scan.step_rad + beam.bearing_error_rad + beam.origin_error_m / range_m;
-        let places = (aside_rad / scan.step_rad).min(MOST_PLACES).floor() as isize;
-        for offset in -places..=places {
+        for offset in -1..=1 {
             if let Some(place) = scan.neighbour(index, offset)
                 && limit_m < clear_m[place]
             {

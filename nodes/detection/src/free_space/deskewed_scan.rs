@@ -69,8 +69,6 @@ pub(super) struct DeskewedBeam {
     pub(super) hit: Option<Return>,
     /// The error of its direction, without the noise of the range.
     pub(super) bearing_error_rad: f64,
-    /// The error of its origin.
-    pub(super) origin_error_m: f64,
 }
 
 impl DeskewedBeam {
@@ -153,7 +151,6 @@ impl DeskewedScan {
                 rise: direction.z,
                 hit,
                 bearing_error_rad,
-                origin_error_m,
             }
         };
         let mut all = Self {
