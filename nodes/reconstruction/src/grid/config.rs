@@ -34,7 +34,7 @@ geometry::choices! {
     /// How the height of the floor is known.
     #[derive(Default)]
     pub enum GridFloor {
-        /// It is found: the lowest level surface of the map that is large enough.
+        /// It is found: the lowest level surface of the map that is large enough, or what the robot drives on.
         Found = "found" as default,
         /// It is grid_floor_height_m.
         Given = "given",

@@ -99,6 +99,8 @@ impl GridObservations {
     fn find_floor(&mut self, frame: &DepthFrame, map_from_camera: &Isometry3<f64>) {
         let (level, heights_m) = self.fan.level_points(frame, map_from_camera);
         self.floor.take(level.into_iter(), heights_m.into_iter());
+        let camera_m = map_from_camera.translation.vector.cast::<f32>();
+        self.floor.pass_over(camera_m.x, camera_m.y);
         let Some(found_m) = self.floor.floor_m() else { return };
         if self.floor_m.is_some_and(|before_m| (before_m - found_m).abs() > SAME_FLOOR_M) {
             self.plane.clear();
