@@ -113,11 +113,27 @@ impl MapViews {
             return;
         }
         if self.views.len() == Self::MOST {
-            let kept = self.views.split_off(Self::MOST / 16);
-            *self = Self::default();
-            kept.into_iter().for_each(|view| self.push(view));
+            self.forget_first(Self::MOST / 16);
         }
         self.push(view);
+    }
+
+    /// Forgets the views that came before one that was taken at this moment or earlier, and that one.
+    pub fn forget_until(&mut self, stamp: Stamp) {
+        if let Some(last) = self.views.iter().rposition(|view| view.stamp <= stamp) {
+            self.forget_first(last + 1);
+        }
+    }
+
+    fn forget_first(&mut self, count: usize) {
+        let mut index = 0..;
+        self.keep(|_| index.next().is_some_and(|index| index >= count));
+    }
+
+    fn keep(&mut self, is_kept: impl FnMut(&MapView) -> bool) {
+        let mut views = std::mem::take(self).views;
+        views.retain(is_kept);
+        views.into_iter().for_each(|view| self.push(view));
     }
 
     fn push(&mut self, view: MapView) {

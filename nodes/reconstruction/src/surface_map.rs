@@ -16,12 +16,11 @@ pub(crate) mod normals;
 mod spill;
 #[cfg(test)]
 pub(crate) mod tests;
+mod views;
 mod whole;
 
 use estimation::executor::{Executor, Serial};
-use geometry::{
-    Cloud, MapView, MapViews, OccupancyGrid, OrientedPoints, SegmentedCycle, Stamp, VoxelGrid,
-};
+use geometry::{Cloud, OccupancyGrid, OrientedPoints, SegmentedCycle, Stamp, VoxelGrid};
 use nalgebra::Point3;
 use volume::{
     ChangeFollower, DepthInput, DepthView, DistanceConfig, PlaneOccupancy, Surface, SurfaceConfig,
@@ -34,6 +33,7 @@ use crate::tiles::{TileFrame, TileStore};
 use crate::{Addition, CorrectionCounts, MapError, WholeMap};
 use followers::Followers;
 use spill::Spill;
+use views::Views;
 
 /// Where old blocks make room, this share of all goes at a time: finding the oldest costs by all of them.
 const SHARE_DROPPED: usize = 16;
@@ -69,8 +69,7 @@ pub struct SurfaceMap {
     corrections: Corrections,
     /// Present where a grid is asked for.
     grid: Option<GridObservations>,
-    /// Where the images were taken.
-    views: MapViews,
+    views: Views,
 }
 
 impl SurfaceMap {
@@ -98,7 +97,7 @@ impl SurfaceMap {
             stamp: Stamp::default(),
             corrections: Corrections::default(),
             grid: None,
-            views: MapViews::default(),
+            views: Views::default(),
         })
     }
 
@@ -133,8 +132,6 @@ impl SurfaceMap {
         let map_from_rig = missed.map_or(cycle.map_from_rig, |missed| missed * cycle.map_from_rig);
         let map_from_camera = missed.map_or(told, |missed| missed * told);
         self.view.fill(&DepthInput::masked(depth, &map_from_camera))?;
-        let camera = *depth.frame().camera();
-        self.views.add(MapView { stamp: *stamp, map_from_camera, camera });
         if self.frame_id.is_none() {
             self.frame_id = Some(frame_id.clone());
             self.corrections.forget_path_of_another_frame(frame_id);
@@ -154,6 +151,9 @@ impl SurfaceMap {
         // Whoever has seen the image before shares what was computed of it, and uses that memory again.
         self.view.clear();
         let added = self.add_refused();
+        if !update.is_incomplete && update.refused_blocks == added {
+            self.views.add(*stamp, map_from_camera, depth.frame());
+        }
         let in_map = missed.unwrap_or_default().cast::<f32>();
         let retracted_m: Vec<Point3<f32>> =
             cycle.retracted_m.iter().map(|point_m| in_map * point_m).collect();
@@ -179,6 +179,7 @@ impl SurfaceMap {
             return 0;
         }
         let oldest = self.surface.oldest_blocks(room);
+        self.views.forget_those_of(&oldest, &self.surface);
         for key in &oldest {
             self.surface.remove_block(*key);
             self.followers.follow_block(*key);
@@ -208,7 +209,7 @@ impl SurfaceMap {
         if let Some(grid) = &mut self.grid {
             grid.clear();
         }
-        self.views = MapViews::default();
+        self.views.clear();
     }
 
     /// With a grid of what the cycles see from now on.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use geometry::{DynamicZone, SegmentationCounts, Stamp, TriangleMesh};
+use geometry::{DynamicZone, MapView, SegmentationCounts, Stamp, TriangleMesh};
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +64,8 @@ pub struct RunRecord {
     /// Red, green and blue of each point of the map, [`geometry::NO_COLOUR`] where none was seen; none at all where the map has no
     /// colours.
     pub map_colours: Vec<[u8; 3]>,
+    /// Where the map was seen from; none where it has none, or was received as a cloud.
+    pub map_views: Vec<MapView>,
     /// The map as triangles, in the map frame, where it was made so and is at hand.
     pub mesh: Option<TriangleMesh>,
     /// The map that the same clouds give when nothing is removed, in the map frame.

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use geometry::{MapView, MapViews, OrientedPoints, PointFileError, VoxelKey, pcd, ply};
 use node_shell::write_whole_file;
-use reconstruction::octomap;
+use reconstruction::{WholeMap, octomap};
 
 use crate::failure::Failure;
 
@@ -32,6 +32,12 @@ pub struct MapFile {
 }
 
 impl MapFile {
+    /// The map of a run.
+    pub(crate) fn of(map: WholeMap) -> Self {
+        let WholeMap { points, views, .. } = map;
+        Self { points, views, edge_m: None }
+    }
+
     /// Reads a .ply, .pcd or .bt file.
     ///
     /// # Errors

@@ -58,6 +58,20 @@ fn views_that_show_the_same_are_kept_once() {
 }
 
 #[test]
+fn the_views_of_what_is_gone_are_forgotten_in_the_order_in_which_they_came() {
+    let at = |x_m: f64| MapView { stamp: Stamp::default().plus_seconds(x_m), ..view(x_m, 0.0) };
+    let mut views: MapViews = [at(1.0), at(2.0), at(3.0)].into_iter().collect();
+    views.forget_until(Stamp::default());
+    assert_eq!(views.as_slice().len(), 3);
+    views.forget_until(at(2.0).stamp);
+    assert_eq!(views.as_slice(), [at(3.0)]);
+    // They would be added again, and after the clock was set back all before them go.
+    views.add(at(1.0));
+    views.forget_until(at(2.0).stamp);
+    assert_eq!(views.as_slice(), []);
+}
+
+#[test]
 fn the_oldest_views_make_room() {
     let views: MapViews = (0..MapViews::MOST + 1).map(|index| view(index as f64, 0.0)).collect();
     assert!(views.as_slice().len() <= MapViews::MOST);

@@ -107,6 +107,9 @@ impl SurfaceMap {
                 self.put_moved(&before, *key, &motion)?;
             }
         }
+        if !before.unreadable.is_empty() {
+            self.views.clear();
+        }
         for (_, error) in before.unreadable {
             if let Some(spill) = &mut self.spill {
                 spill.tiles.lost_before(error);

@@ -139,7 +139,7 @@ impl SurfaceMap {
 
     /// Adds the views that the points of a file were seen from.
     pub(crate) fn add_views(&mut self, views: impl IntoIterator<Item = MapView>) {
-        views.into_iter().for_each(|view| self.views.add(view));
+        self.views.add_loaded(views);
     }
 
     /// Gives the frame of the map another name. The points stay.

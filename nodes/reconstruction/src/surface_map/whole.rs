@@ -39,6 +39,7 @@ impl SurfaceMap {
         {
             // Listeners still have their points, and nobody knows which ones they were.
             self.follow_changes_anew();
+            self.views.clear();
         }
         Ok(ColouredCloud { cloud: self.cloud_of(points.points_m), colours: points.colours })
     }
@@ -56,7 +57,8 @@ impl SurfaceMap {
         let points_m = all.iter().map(|(_, point)| point.position_m).collect();
         let normals = all.iter().map(|(_, point)| point.normal).collect();
         let colours = colours_of(all.iter().map(|(_, point)| point));
-        let views = self.views.as_slice().to_vec();
+        // Those of a part show what is not in it as free.
+        let views = if unreadable.is_empty() { self.views.all() } else { Vec::new() };
         WholeMap { points: OrientedPoints { points_m, normals, colours }, views, unreadable }
     }
 

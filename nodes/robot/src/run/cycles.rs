@@ -5,12 +5,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 use std::sync::Arc;
 
-use geometry::{
-    CycleTracks, DetectedCycle, DynamicZone, OrientedPoints, SegmentedCycle, Stamp, Track,
-};
+use geometry::{CycleTracks, DetectedCycle, DynamicZone, SegmentedCycle, Stamp, Track};
 use msgs::convert;
 use node_shell::{Node, NodeFailure, Qos, ValueSubscription};
-use reconstruction::WholeMap;
 
 use super::bag_name;
 use super::chosen::Chosen;
@@ -137,7 +134,7 @@ impl CycleRun {
     #[must_use]
     pub fn map(&self) -> MapFile {
         match &self.state {
-            State::Going(passage) => map_of(passage),
+            State::Going(passage) => MapFile::of(passage.pipeline.map().whole()),
             State::Ended { map, .. } => map.clone(),
             State::Failed => MapFile::default(),
         }
@@ -178,7 +175,7 @@ impl CycleRun {
     }
 
     fn end(&self, passage: Passage) -> Result<State, Failure> {
-        let map = map_of(&passage);
+        let map = MapFile::of(passage.pipeline.map().whole());
         let inputs = passage.inputs().clone();
         let losses = InputLosses {
             bag: passage.losses().to_vec(),
@@ -192,10 +189,4 @@ impl CycleRun {
         }
         Ok(State::Ended { map, findings: findings(&losses, &record, &inputs) })
     }
-}
-
-fn map_of(passage: &Passage) -> MapFile {
-    let WholeMap { points: OrientedPoints { points_m, normals, colours }, views, .. } =
-        passage.pipeline.map().whole();
-    MapFile { points: OrientedPoints { points_m, normals, colours }, views, edge_m: None }
 }

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use geometry::{ColouredCloud, OrientedPoints, ply};
+use geometry::{ColouredCloud, OrientedPoints};
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{EVERY_CYCLE, Node, Qos, RosArguments, ShellError, Subscription};
 use reconstruction::BoundReached;
@@ -28,6 +28,7 @@ use super::recorder::{Recorder, RunName, Stage};
 use crate::console;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::map_file::MapFile;
 use crate::processes::Process;
 use crate::progress::Progress;
 use crate::visual;
@@ -361,7 +362,8 @@ impl Run {
             map_frame_id: recorder.map_frame_id(),
         };
         let has_last_map = map.as_ref().map(|(stamp, _)| *stamp) == last_cloud;
-        let map = match saved_map(playback.map_file) {
+        let map = match MapFile::read(playback.map_file) {
+            // Unlike the cloud that its node publishes it has normals and views, and it arrives whatever its size.
             Ok(saved) => saved,
             // The node has ended before it saved: what it has published last is left.
             Err(unread) => {
@@ -371,17 +373,13 @@ impl Run {
                     )));
                 }
                 let ColouredCloud { cloud, colours } = map.map(|(_, map)| map).unwrap_or_default();
-                OrientedPoints { points_m: cloud.points_m, normals: Vec::new(), colours }
+                let points_m = cloud.points_m;
+                let points = OrientedPoints { points_m, colours, ..OrientedPoints::default() };
+                MapFile { points, ..MapFile::default() }
             }
         };
         let (doubtful, bounds_reached) = (recorder.doubtful(), recorder.bounds_reached());
         let record = recorder.finish(map, name);
         Ok(DdsRun { record, doubtful, bounds_reached, lost, poses, failure, is_interrupted })
     }
-}
-
-/// The map that its node has saved: unlike the cloud that it publishes it has normals, and it arrives whatever its size.
-fn saved_map(path: &Path) -> Result<OrientedPoints, String> {
-    let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
-    ply::decode_with_normals(&bytes).map_err(|error| error.to_string())
 }

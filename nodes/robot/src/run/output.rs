@@ -5,9 +5,9 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use geometry::{MapView, MapViews, OccupancyGrid, OrientedPoints, TriangleMesh, pcd, ply};
+use geometry::{OccupancyGrid, OrientedPoints, TriangleMesh, pcd, ply};
 use reconstruction::mesh::{self, MeshForm};
-use report::{CycleRecord, RunRecord, Summary};
+use report::{RunRecord, Summary};
 
 use super::drawings::MapPng;
 use crate::existing::refuse_to_replace;
@@ -68,19 +68,6 @@ pub(super) fn refuse_results(out: &Path, overwrite: bool) -> Result<(), Failure>
     let removed = removed.map(|entry| entry.path()).filter(|path| is_removed_cloud(path));
     let results = results.into_iter().chain(meshes).chain(removed);
     refuse_to_replace(results, overwrite, "--out")
-}
-
-/// Where the images of a map of depth images were taken; of a map of means none.
-fn views(record: &RunRecord) -> MapViews {
-    let Some(camera) = record.camera.filter(|_| record.map_edge_m.is_some()) else {
-        return MapViews::default();
-    };
-    let view = |cycle: &CycleRecord| MapView {
-        stamp: cycle.cloud_stamp,
-        map_from_camera: cycle.map_from_rig * camera.rig_from_camera,
-        camera: camera.model,
-    };
-    record.cycles.iter().map(view).collect()
 }
 
 /// The output folder of a run. It is removed if nothing is written to it.
@@ -156,7 +143,7 @@ impl OutputFolder {
         if points_m.is_empty() {
             return [MAP_PLY, MAP_PCD].iter().try_for_each(|name| self.remove_file(name));
         }
-        self.write_file(MAP_PLY, &ply::encode_map(points, views(record).as_slice()))?;
+        self.write_file(MAP_PLY, &ply::encode_map(points, &record.map_views))?;
         self.write_file(MAP_PCD, &pcd::encode_with_colours(points_m, normals, colours))
     }
 

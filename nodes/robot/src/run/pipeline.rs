@@ -2,7 +2,7 @@
 //! only on the published messages, so the same messages give the same record, except for the times.
 
 use detection::shell::{CloudInput, DetectionParameters, Stage as Detection};
-use geometry::{OccupancyGrid, OrientedPoints, TriangleMesh};
+use geometry::{OccupancyGrid, TriangleMesh};
 use msgs::geometry_msgs::{PoseStamped, PoseWithCovarianceStamped};
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, LaserScan, PointCloud2};
@@ -19,6 +19,7 @@ use super::collector::Collector;
 use super::findings::DoubtfulInput;
 use super::parameters::PipelineParameters;
 use super::recorder::{Recorder, RunName, Stage};
+use crate::map_file::MapFile;
 use crate::visual::{self, VisualOdometry, VisualTopics};
 
 /// The namespace of the nodes, which keeps their topics apart from those of a bag.
@@ -160,9 +161,8 @@ impl Pipeline {
             transport: Transport::Local,
             map_frame_id: self.recorder.map_frame_id(),
         };
-        let OrientedPoints { points_m, normals, colours } =
-            self.reconstruction.map().whole().points;
-        self.recorder.finish(OrientedPoints { points_m, normals, colours }, name)
+        let map = MapFile::of(self.map().whole());
+        self.recorder.finish(map, name)
     }
 }
 

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use detection::shell::{IMAGE_WITHOUT_CALIBRATION, UNUSABLE_MESSAGE_ON};
 use estimation::quantile::upper_median;
 use geometry::{
-    Cloud, CycleTracks, DetectedCycle, MapPath, Method, OrientedPoints, PipelineConfig, Scan,
-    SegmentationCounts, Stamp,
+    Cloud, CycleTracks, DetectedCycle, MapPath, Method, PipelineConfig, Scan, SegmentationCounts,
+    Stamp,
 };
 use reconstruction::{
     AtMaxVoxels, BoundReached, ConfigError, KeptOut, ReconstructionConfig, StaticMap,
@@ -22,6 +22,7 @@ use self::views::Views;
 use super::findings::DoubtfulInput;
 use super::trajectory::{CyclePlace, Trajectory};
 use crate::doctor::FARTHEST_M;
+use crate::map_file::MapFile;
 
 /// The three stages of the pipeline.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
@@ -261,7 +262,7 @@ impl Recorder {
     }
 
     /// The record of the run. A cycle that a stage never reported is counted as dropped by that stage.
-    pub(crate) fn finish(mut self, map: OrientedPoints, run: RunName) -> RunRecord {
+    pub(crate) fn finish(mut self, map: MapFile, run: RunName) -> RunRecord {
         let mut cycles = Vec::new();
         for (index, partial) in std::mem::take(&mut self.cycles) {
             let missing = partial.first_missing_stage();
@@ -293,9 +294,10 @@ impl Recorder {
             map_frame_id: run.map_frame_id,
             cycles,
             drops,
-            static_map: map.points_m,
-            map_normals: map.normals,
-            map_colours: map.colours,
+            static_map: map.points.points_m,
+            map_normals: map.points.normals,
+            map_colours: map.points.colours,
+            map_views: map.views,
             mesh: None,
             unfiltered_map: self.unfiltered_map.points(),
         }

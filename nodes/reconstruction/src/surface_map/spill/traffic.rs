@@ -87,6 +87,7 @@ impl SurfaceMap {
                 if is_lost {
                     // Listeners still have its points, and nobody knows which ones they were.
                     self.follow_changes_anew();
+                    self.views.clear();
                 }
                 is_lost
             }

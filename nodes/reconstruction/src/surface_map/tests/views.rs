@@ -1,6 +1,9 @@
 //! Where the map was seen from.
 
+use geometry::Stamp;
+
 use super::*;
+use crate::AtMaxVoxels;
 
 #[test]
 fn the_map_has_the_places_of_its_images_where_a_correction_puts_them() {
@@ -27,4 +30,37 @@ fn the_map_has_the_places_of_its_images_where_a_correction_puts_them() {
     // Who shows the map is told in the frame that he knows.
     let emptied = map.cloud_for_listeners().unwrap().cloud;
     assert_eq!(emptied, geometry::Cloud { points_m: vec![], ..before });
+}
+
+/// Regression: a map that had dropped walls kept the views of them, which saw through where they had stood: a merge took the
+/// walls of the other map for gone.
+#[test]
+fn the_views_of_dropped_blocks_are_dropped_with_them() {
+    let at_max_voxels = AtMaxVoxels::DropOldest;
+    let config = ReconstructionConfig { max_map_blocks: 400, at_max_voxels, ..config(0.05) };
+    let mut map = Map::new(config, None).unwrap();
+    let mut taken = Vec::new();
+    let mut dropped = 0;
+    for index in 0..12 {
+        let rig = rig_at(0.0, 0.4 * f64::from(index));
+        let cycle = cycle(&Scene::room(), index, &rig, None);
+        taken.push(cycle.static_cloud.stamp);
+        dropped += map.integrate(&cycle).unwrap().dropped_voxels;
+    }
+    let views: Vec<Stamp> = map.whole().views.iter().map(|view| view.stamp).collect();
+    assert!(dropped > 0 && !views.is_empty(), "{dropped} dropped, {views:?}");
+    assert!(!views.contains(&taken[0]), "what it saw has gone: {views:?}");
+}
+
+/// Regression: an image whose blocks were refused, or which was cut, was a view of what the map does not have.
+#[test]
+fn an_image_of_which_a_part_was_left_out_is_no_view() {
+    let few = ReconstructionConfig { max_map_blocks: 60, ..config(0.05) };
+    for (config, is_cut) in [(few, false), (config(0.001), true)] {
+        let mut map = Map::new(config, None).unwrap();
+        let view = scene::sized_cycle(&Scene::room(), 0, &rig_at(0.0, 0.0), None, (64, 48));
+        let done = map.integrate(&view).unwrap();
+        assert_eq!((done.is_view_cut, done.refused_points > 0), (is_cut, !is_cut));
+        assert_eq!(map.whole().views, []);
+    }
 }

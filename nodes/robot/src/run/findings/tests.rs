@@ -1,13 +1,12 @@
 use std::sync::Arc;
 
-use geometry::{
-    Cloud, CycleTracks, DetectedCycle, OrientedPoints, Scan, SegmentationCounts, Stamp,
-};
+use geometry::{Cloud, CycleTracks, DetectedCycle, Scan, SegmentationCounts, Stamp};
 use nalgebra::Isometry3;
 use reconstruction::ReconstructionConfig;
 use report::Transport;
 
 use super::*;
+use crate::map_file::MapFile;
 use crate::run::pose_topics::{PoseSource, PoseTopicKind};
 use crate::run::recorder::{Recorder, RunName};
 
@@ -132,7 +131,7 @@ fn said_by(
         transport: Transport::Local,
         map_frame_id: "map".to_owned(),
     };
-    let record = recorder.finish(OrientedPoints::default(), name);
+    let record = recorder.finish(MapFile::default(), name);
     let pose = PoseSource::Topic { topic: "/pose".to_owned(), kind: PoseTopicKind::Pose };
     let inputs = Inputs {
         scan: "/scan".to_owned(),

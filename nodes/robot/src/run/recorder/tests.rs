@@ -59,7 +59,7 @@ fn finish(recorder: Recorder) -> RunRecord {
         transport: Transport::Local,
         map_frame_id: "map".to_owned(),
     };
-    recorder.finish(OrientedPoints::default(), name)
+    recorder.finish(MapFile::default(), name)
 }
 
 fn recorder() -> Recorder {

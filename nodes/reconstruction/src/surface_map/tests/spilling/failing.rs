@@ -82,6 +82,7 @@ fn a_spoilt_or_missing_tile_is_told_of_and_costs_that_tile_alone() {
         let left = map.whole();
         assert_eq!(left.unreadable.first(), Some(&expected));
         assert_eq!(left.unreadable.len(), 1);
+        assert_eq!((whole.views.is_empty(), left.views), (false, vec![]), "they saw what is lost");
         // Points between its nodes and those of the tiles before it are lost, too.
         let kept =
             whole.points.points_m.iter().filter(|point| spill_tile_of(&map, point) != lost).count();
@@ -94,6 +95,8 @@ fn a_spoilt_or_missing_tile_is_told_of_and_costs_that_tile_alone() {
         assert_eq!(map.take_tile_error(), Some(expected));
         assert!(map.take_changes(9).is_incomplete, "listeners need the whole map");
         assert!(map.whole().unreadable.is_empty());
+        let last = there.last().unwrap().static_cloud.stamp;
+        assert!(map.whole().views.iter().all(|view| view.stamp > last));
         assert!(map.len() > 10_000);
     }
 }
