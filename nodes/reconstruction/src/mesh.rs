@@ -39,6 +39,19 @@ pub enum MeshError {
         /// The edge of the voxels.
         edge_m: f64,
     },
+    /// The points are too far apart to be joined in voxels of this edge.
+    #[error(
+        "there is no mesh: the points are {spacing_m:.3} m apart, and with voxels of {edge_m} m nothing joins them; {least_m:.4} m \
+         and more do"
+    )]
+    TooFine {
+        /// The edge of the voxels.
+        edge_m: f64,
+        /// How far apart the points are.
+        spacing_m: f64,
+        /// The finest edge that joins them.
+        least_m: f64,
+    },
     /// Points cannot be put into voxels of this edge.
     #[error(transparent)]
     Surface(#[from] volume::SurfaceConfigError),

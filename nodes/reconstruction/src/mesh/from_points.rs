@@ -6,7 +6,7 @@ use geometry::{BuildVoxelHasher, OrientedPoints, TriangleMesh, VoxelGrid};
 use volume::{BlockBox, PointRules, Surface, SurfaceConfig};
 
 use super::MeshError;
-use crate::surface_map::loading::one_a_voxel;
+use crate::surface_map::loading::{MOST_SPACING_IN_EDGES, one_a_voxel};
 use crate::surface_map::normals;
 
 /// Edges of maps are whole multiples of this, in metres.
@@ -34,8 +34,8 @@ pub fn mesh_of_points(
     }
     let given = points.points_m.len();
     let spacing_m = spacing_m(points);
-    let found_m = || edge_of_points_m(points, spacing_m);
-    let edge_m = edge_m.or_else(found_m).unwrap_or(MOST_SPACING_M);
+    let map_edge_m = spacing_m.and_then(|spacing_m| edge_of_map_m(points, spacing_m));
+    let edge_m = edge_m.or(map_edge_m).or(spacing_m).unwrap_or(MOST_SPACING_M);
     let config = SurfaceConfig {
         edge_m,
         max_blocks: usize::MAX,
@@ -43,7 +43,9 @@ pub fn mesh_of_points(
         ..SurfaceConfig::default()
     };
     let mut surface = Surface::new(config)?;
-    let is_map = are_one_a_voxel(points, edge_m);
+    // Of a finer edge each voxel has one point at most, too, and most have none.
+    let is_own = |map_edge_m: f64| edge_m > map_edge_m - EDGE_STEP_M / 2.0;
+    let is_map = map_edge_m.is_some_and(is_own) && are_one_a_voxel(points, edge_m);
     let mut points = if is_map { points.clone() } else { one_a_voxel(points, surface.grid()) };
     if points.normals.len() != points.points_m.len() {
         // The means of voxels are as far apart as these are wide.
@@ -53,6 +55,10 @@ pub fn mesh_of_points(
     }
     let reach_m =
         if is_map { edge_m } else { spacing_m.unwrap_or(edge_m).max(REACH_IN_EDGES * edge_m) };
+    if reach_m > MOST_SPACING_IN_EDGES * edge_m {
+        let least_m = reach_m / MOST_SPACING_IN_EDGES;
+        return Err(MeshError::TooFine { edge_m, spacing_m: reach_m, least_m });
+    }
     let colours = points.colours.iter().copied().chain(std::iter::repeat(geometry::NO_COLOUR));
     let put = points.points_m.iter().zip(&points.normals).zip(colours);
     surface.put_coloured_points(
@@ -71,11 +77,7 @@ pub fn mesh_of_points(
 /// points, and for points that are too far apart to be a map's.
 #[must_use]
 pub fn edge_of_map_points_m(points: &OrientedPoints) -> Option<f64> {
-    edge_of_points_m(points, spacing_m(points))
-}
-
-fn edge_of_points_m(points: &OrientedPoints, spacing_m: Option<f64>) -> Option<f64> {
-    spacing_m.map(|spacing_m| edge_of_map_m(points, spacing_m).unwrap_or(spacing_m))
+    spacing_m(points).map(|spacing_m| edge_of_map_m(points, spacing_m).unwrap_or(spacing_m))
 }
 
 fn spacing_m(points: &OrientedPoints) -> Option<f64> {

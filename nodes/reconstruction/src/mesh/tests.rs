@@ -77,6 +77,26 @@ fn a_cloud_of_no_grid_needs_no_normals() {
     }
 }
 
+fn area_m2(mesh: &TriangleMesh) -> f64 {
+    let at = |index: u32| mesh.points_m[index as usize].coords.cast::<f64>();
+    let triangles = mesh.triangles.iter().map(|corners| corners.map(at));
+    triangles.map(|[a, b, c]| (b - a).cross(&(c - a)).norm() / 2.0).sum()
+}
+
+/// Regression: with a finer edge than the map's each point filled a voxel of its own, and the mesh was dust.
+#[test]
+fn a_mesh_of_finer_voxels_than_the_map_is_the_same_surface() {
+    let points = ball(0.03);
+    let own_m2 = area_m2(&mesh_of_points(&points, None).unwrap());
+    for share in [1.0, 0.97, 0.9, 0.7, 0.5, 0.4, 0.2, 0.1] {
+        let area_m2 = area_m2(&mesh_of_points(&points, Some(0.03 * share)).unwrap());
+        println!("{share}: {area_m2:.3} of {own_m2:.3} m2");
+        assert!((area_m2 / own_m2 - 1.0).abs() < 0.05, "{share}: {area_m2} of {own_m2} m2");
+    }
+    let too_fine = mesh_of_points(&points, Some(0.0015)).unwrap_err();
+    assert!(matches!(too_fine, MeshError::TooFine { .. }), "{too_fine}");
+}
+
 #[test]
 fn what_is_no_surface_is_said() {
     let points = |points: &[[f32; 3]]| OrientedPoints {
