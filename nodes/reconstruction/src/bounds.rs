@@ -10,6 +10,7 @@ pub struct KeptOut {
     cycles: usize,
     cut_views: usize,
     refused: usize,
+    dropped: usize,
 }
 
 /// A bound that keeps something out of the map, and what helps.
@@ -24,14 +25,28 @@ pub struct BoundReached {
 impl KeptOut {
     /// Notes what one cycle did.
     pub fn note(&mut self, addition: &Addition) {
-        self.note_counts(addition.is_view_cut, addition.refused_points);
+        let Addition { is_view_cut, refused_points, dropped_voxels, .. } = *addition;
+        self.note_counts(is_view_cut, refused_points, dropped_voxels);
     }
 
-    /// The same by the two counts of a report.
-    pub fn note_counts(&mut self, is_view_cut: bool, refused_points: usize) {
+    /// The same by the counts of a report.
+    pub fn note_counts(&mut self, is_view_cut: bool, refused_points: usize, dropped_voxels: usize) {
         self.cycles += 1;
         self.cut_views += usize::from(is_view_cut);
         self.refused += refused_points;
+        self.dropped += dropped_voxels;
+    }
+
+    /// How many blocks were dropped to make room for others, as that was asked for.
+    #[must_use]
+    pub fn dropped(&self) -> usize {
+        self.dropped
+    }
+
+    /// Whether the map had no room for all that was seen.
+    #[must_use]
+    pub fn lacked_room(&self, config: &ReconstructionConfig) -> bool {
+        self.dropped > 0 || self.refused(config).is_some()
     }
 
     /// The bounds that were reached in a map of these parameters.
@@ -110,8 +125,14 @@ mod tests {
         assert!(full.what.contains("max_voxels 1000000 voxels of voxel_edge_m 0.05"), "{full:?}");
         let at_max_voxels = AtMaxVoxels::DropOldest;
         assert_eq!(
-            kept_out.bounds_reached(&ReconstructionConfig { at_max_voxels, ..config }).len(),
+            kept_out
+                .bounds_reached(&ReconstructionConfig { at_max_voxels, ..config.clone() })
+                .len(),
             1
         );
+        let drops = ReconstructionConfig { at_max_voxels, ..config.clone() };
+        assert!(kept_out.lacked_room(&config) && !kept_out.lacked_room(&drops));
+        kept_out.note(&Addition { dropped_voxels: 5, ..Addition::default() });
+        assert!(kept_out.lacked_room(&drops) && kept_out.dropped() == 5);
     }
 }

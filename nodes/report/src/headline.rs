@@ -17,6 +17,7 @@ pub fn headline(summary: &Summary) -> Vec<String> {
         _ => sentences.push(zone_sentence(summary)),
     }
     sentences.push(map_sentence(summary));
+    sentences.extend(dropped_sentence(summary));
     sentences.extend(kept_out_sentence(summary));
     if summary.dropped() > 0 {
         sentences.push(format!(
@@ -149,6 +150,18 @@ fn map_sentence(summary: &Summary) -> String {
     format!("The map holds {}.", counted(map.points, "point", "points"))
 }
 
+/// The map has what was seen last alone.
+fn dropped_sentence(summary: &Summary) -> Option<String> {
+    let dropped = summary.map.dropped_blocks;
+    (dropped > 0).then(|| {
+        format!(
+            "The map had no room for all: {} of 8 voxels an axis dropped, those seen longest ago (at_max_voxels: \
+             drop_oldest; more max_map_blocks, or spill, keep them).",
+            counted(dropped, "block was", "blocks were")
+        )
+    })
+}
+
 /// Why the map has no point in some voxels of the map without removal: something moved there, or why not.
 fn kept_out_sentence(summary: &Summary) -> Option<String> {
     let map = &summary.map;
@@ -207,6 +220,18 @@ mod tests {
         summary.map.kept_out.seen_once = 0;
         summary.map.kept_out.beside_surface = 0;
         assert!(headline(&summary)[2].ends_with(": something moved in 2,815 of them."));
+    }
+
+    /// Regression: a map that dropped nine tenths of what it had seen said nothing of it.
+    #[test]
+    fn what_the_map_dropped_is_said() {
+        let run = crate::run_record::tests::run(vec![crate::run_record::tests::cycle(0)]);
+        let of = |dropped_blocks| {
+            let run = crate::RunRecord { dropped_blocks, ..run.clone() };
+            headline(&Summary::of_run(&run, None, false).unwrap())
+        };
+        assert!(of(1200)[2].contains("1,200 blocks"), "{:?}", of(1200));
+        assert!(of(0).iter().all(|sentence| !sentence.contains("dropped")));
     }
 
     #[test]

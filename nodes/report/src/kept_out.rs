@@ -29,6 +29,8 @@ pub enum KeptOutCause {
     BesideSurface,
     /// In another cycle the camera saw something behind it.
     SeenThrough,
+    /// The map dropped or refused parts for want of room, and no cycle saw something behind it.
+    NoRoom,
     /// In other cycles nothing came back from its direction.
     NoReturn,
     /// It was seen in one cycle only.
@@ -39,10 +41,11 @@ pub enum KeptOutCause {
 
 impl KeptOutCause {
     /// All of them, in the order in which a page lists them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Moved,
         Self::BesideSurface,
         Self::SeenThrough,
+        Self::NoRoom,
         Self::NoReturn,
         Self::SeenOnce,
         Self::Uncertain,
@@ -55,6 +58,7 @@ impl KeptOutCause {
             Self::Moved => "something moved there",
             Self::BesideSurface => "beside a surface of the map",
             Self::SeenThrough => "seen through in other cycles",
+            Self::NoRoom => "no room in the map",
             Self::NoReturn => "no return in other cycles",
             Self::SeenOnce => "seen in one cycle only",
             Self::Uncertain => "seen several times and not confirmed",
@@ -71,6 +75,9 @@ impl KeptOutCause {
             }
             Self::SeenThrough => {
                 "In another cycle the camera saw something farther away in this direction, so the voxel is free."
+            }
+            Self::NoRoom => {
+                "The map dropped or left out parts for want of room, and no cycle shows that this voxel is free."
             }
             Self::NoReturn => "In other cycles the depth image has no return in this direction.",
             Self::SeenOnce => {
@@ -135,6 +142,7 @@ struct Evidence<'a> {
     cycles_seen: HashMap<VoxelKey, u32, BuildVoxelHasher>,
     looks: Vec<Look<'a>>,
     edge_m: f32,
+    lacked_room: bool,
 }
 
 /// A view with its camera.
@@ -171,7 +179,8 @@ impl<'a> Evidence<'a> {
         let looks: Vec<Look<'a>> = looks.collect();
         let every = (looks.len() * missing.len()).div_ceil(MAX_COMPARISONS).max(1);
         let looks = looks.into_iter().step_by(every).collect();
-        Self { cycles_seen, looks, edge_m: grid.edge_m() as f32 }
+        let lacked_room = run.lacked_room;
+        Self { cycles_seen, looks, edge_m: grid.edge_m() as f32, lacked_room }
     }
 
     fn cause(&self, key: VoxelKey, point_m: &Point3<f32>) -> KeptOutCause {
@@ -187,6 +196,8 @@ impl<'a> Evidence<'a> {
         let seen = self.cycles_seen.get(&key).copied().unwrap_or(0);
         if seen_through > 0 && seen_through >= no_return {
             KeptOutCause::SeenThrough
+        } else if self.lacked_room {
+            KeptOutCause::NoRoom
         } else if no_return > 0 {
             KeptOutCause::NoReturn
         } else if seen <= 1 {

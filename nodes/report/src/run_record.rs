@@ -66,6 +66,10 @@ pub struct RunRecord {
     pub map_colours: Vec<[u8; 3]>,
     /// Where the map was seen from; none where it has none, or was received as a cloud.
     pub map_views: Vec<MapView>,
+    /// How many blocks of 8 voxels an axis the map dropped to make room for others.
+    pub dropped_blocks: usize,
+    /// Whether the map had no room for all that was seen: it dropped or refused some.
+    pub lacked_room: bool,
     /// The map as triangles, in the map frame, where it was made so and is at hand.
     pub mesh: Option<TriangleMesh>,
     /// The map that the same clouds give when nothing is removed, in the map frame.

@@ -137,6 +137,7 @@ fn colour(cause: KeptOutCause) -> &'static str {
         KeptOutCause::Moved => "#ff8a3d",
         KeptOutCause::BesideSurface => "#8b9bb0",
         KeptOutCause::SeenThrough => "#b58cff",
+        KeptOutCause::NoRoom => "#5bd1a5",
         KeptOutCause::NoReturn => "#f06fa8",
         KeptOutCause::SeenOnce => "#ecd95a",
         KeptOutCause::Uncertain => "#ffffff",

@@ -109,6 +109,9 @@ pub struct MapSummary {
     /// The same by their causes.
     #[serde(default)]
     pub kept_out: KeptOutCounts,
+    /// Blocks of 8 voxels an axis that the map dropped to make room for others.
+    #[serde(default)]
+    pub dropped_blocks: usize,
 }
 
 /// Voxels that are not in the map, by the cause.
@@ -120,6 +123,9 @@ pub struct KeptOutCounts {
     pub beside_surface: usize,
     /// [`KeptOutCause::SeenThrough`].
     pub seen_through: usize,
+    /// [`KeptOutCause::NoRoom`].
+    #[serde(default)]
+    pub no_room: usize,
     /// [`KeptOutCause::NoReturn`].
     pub no_return: usize,
     /// [`KeptOutCause::SeenOnce`].
@@ -135,6 +141,7 @@ impl KeptOutCounts {
             moved: of(KeptOutCause::Moved),
             beside_surface: of(KeptOutCause::BesideSurface),
             seen_through: of(KeptOutCause::SeenThrough),
+            no_room: of(KeptOutCause::NoRoom),
             no_return: of(KeptOutCause::NoReturn),
             seen_once: of(KeptOutCause::SeenOnce),
             uncertain: of(KeptOutCause::Uncertain),
@@ -148,6 +155,7 @@ impl KeptOutCounts {
             KeptOutCause::Moved => self.moved,
             KeptOutCause::BesideSurface => self.beside_surface,
             KeptOutCause::SeenThrough => self.seen_through,
+            KeptOutCause::NoRoom => self.no_room,
             KeptOutCause::NoReturn => self.no_return,
             KeptOutCause::SeenOnce => self.seen_once,
             KeptOutCause::Uncertain => self.uncertain,
@@ -198,6 +206,7 @@ impl Summary {
                 points_without_removal: run.unfiltered_map.len(),
                 voxels_kept_out: kept_out.len(),
                 kept_out: KeptOutCounts::of_voxels(&kept_out),
+                dropped_blocks: run.dropped_blocks,
             },
             drops: merged_drops(run),
             kept_out,

@@ -68,6 +68,21 @@ fn each_cause_is_found() {
     }
 }
 
+/// Regression: what a full map had dropped was said to have had no return.
+#[test]
+fn what_the_map_had_no_room_for_is_told_from_what_was_not_seen() {
+    for (second_mm, expected) in [(0, KeptOutCause::NoRoom), (3050, KeptOutCause::SeenThrough)] {
+        let run = RunRecord {
+            unfiltered_map: vec![Point3::from(HERE)],
+            camera: Some(camera()),
+            lacked_room: true,
+            ..run(vec![seeing(0, &[HERE], 2050), seeing(1, &[], second_mm)])
+        };
+        let [voxel] = kept_out(&run, &VoxelGrid::new(EDGE_M).unwrap())[..] else { panic!("one") };
+        assert_eq!(voxel.cause, expected);
+    }
+}
+
 #[test]
 fn what_moved_is_told_from_what_did_not() {
     let mut moving = seeing(0, &[HERE, WALL], 2050);

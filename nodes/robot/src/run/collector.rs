@@ -232,7 +232,8 @@ impl CollectedState {
             (Stage::Reconstruction, true) => {
                 let cloud_stamp = convert::stamp_from_time(report.header.stamp);
                 recorder.reconstructed(cloud_stamp, count("voxels"), durations);
-                recorder.kept_out(count("views_cut") > 0, count("points_refused"));
+                let (refused, dropped) = (count("points_refused"), count("voxels_dropped"));
+                recorder.kept_out(count("views_cut") > 0, refused, dropped);
             }
             (Stage::Segmentation, true) => {
                 let counts = SegmentationCounts {

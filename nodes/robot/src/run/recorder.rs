@@ -206,9 +206,9 @@ impl Recorder {
         self.doubtful
     }
 
-    /// Whether the map lacks parts of a cycle's depth image, and how many points or blocks it had no room for.
-    pub(crate) fn kept_out(&mut self, is_view_cut: bool, refused_points: usize) {
-        self.kept_out.note_counts(is_view_cut, refused_points);
+    /// Whether the map lacks parts of a cycle's depth image, how many points or blocks it had no room for, and how many it dropped.
+    pub(crate) fn kept_out(&mut self, is_view_cut: bool, refused: usize, dropped: usize) {
+        self.kept_out.note_counts(is_view_cut, refused, dropped);
     }
 
     /// The bounds that have kept something out of the map.
@@ -298,6 +298,8 @@ impl Recorder {
             map_normals: map.points.normals,
             map_colours: map.points.colours,
             map_views: map.views,
+            dropped_blocks: self.kept_out.dropped(),
+            lacked_room: self.kept_out.lacked_room(&self.map),
             mesh: None,
             unfiltered_map: self.unfiltered_map.points(),
         }
