@@ -36,6 +36,13 @@ impl MapView {
             && here.rotation.angle_to(&there.rotation) < NEAR_RAD
     }
 
+    /// The area of the image at a depth of a metre, between the centres of its outermost pixels.
+    fn area(&self) -> f64 {
+        let CameraModel { width_px, height_px, fx_px, fy_px, .. } = self.camera;
+        let along = |pixels: usize, focal_px: f64| pixels.saturating_sub(1) as f64 / focal_px;
+        along(width_px, fx_px) * along(height_px, fy_px)
+    }
+
     /// Views that are near have their places in cells of [`NEAR_M`] that touch.
     fn cell(&self) -> VoxelKey {
         let cell_of = |value_m: f64| (value_m / NEAR_M).floor() as i32;
@@ -105,12 +112,17 @@ impl MapViews {
         &self.views
     }
 
-    /// Adds a view, unless one that is near is there.
+    /// Adds a view, unless one that is near is there. A wider one takes the place of those near it.
     pub fn add(&mut self, view: MapView) {
         let beside = view.cell().with_neighbours();
-        let mut beside = beside.filter_map(|cell| self.by_cell.get(&cell)).flatten();
-        if beside.any(|index| self.views.get(*index).is_some_and(|known| known.is_near(&view))) {
-            return;
+        let beside = beside.filter_map(|cell| self.by_cell.get(&cell)).flatten();
+        let near = beside.filter_map(|index| self.views.get(*index));
+        let areas = near.filter(|known| known.is_near(&view)).map(MapView::area);
+        if let Some(widest) = areas.reduce(f64::max) {
+            if widest >= view.area() {
+                return;
+            }
+            self.keep(|known| !known.is_near(&view));
         }
         if self.views.len() == Self::MOST {
             self.forget_first(Self::MOST / 16);

@@ -57,6 +57,20 @@ fn views_that_show_the_same_are_kept_once() {
     assert_eq!(views.as_slice().len(), 3);
 }
 
+/// Regression: the one pixel of a cloud without points in view kept out all later views from there.
+#[test]
+fn a_wider_view_takes_the_place_of_a_narrower_one_near_it() {
+    let pixels = |width_px| CameraModel { width_px, ..camera() };
+    let with = |x_m: f64, width_px| MapView { camera: pixels(width_px), ..view(x_m, 0.0) };
+    let mut views: MapViews = [with(0.0, 1), with(0.4, 320), view(0.2, 0.0)].into_iter().collect();
+    assert_eq!(views.as_slice(), [view(0.2, 0.0)], "near both");
+    views.add(with(0.0, 639));
+    assert_eq!(views.as_slice(), [view(0.2, 0.0)]);
+    // It is found where it is.
+    views.add(view(0.45, 0.0));
+    assert_eq!(views.as_slice().len(), 1);
+}
+
 #[test]
 fn the_views_of_what_is_gone_are_forgotten_in_the_order_in_which_they_came() {
     let at = |x_m: f64| MapView { stamp: Stamp::default().plus_seconds(x_m), ..view(x_m, 0.0) };

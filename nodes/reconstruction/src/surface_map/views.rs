@@ -14,14 +14,16 @@ pub(super) struct Views {
 }
 
 impl Views {
-    /// Adds that of an image all of which is in the map.
+    /// Adds that of an image all of which is in the map. One without a depth shows nothing.
     pub(super) fn add(
         &mut self,
         stamp: Stamp,
         map_from_camera: Isometry3<f64>,
         frame: &DepthFrame,
     ) {
-        self.views.add(MapView { stamp, map_from_camera, camera: *frame.camera() });
+        if frame.depths_mm().iter().any(|depth_mm| *depth_mm > 0) {
+            self.views.add(MapView { stamp, map_from_camera, camera: *frame.camera() });
+        }
     }
 
     /// Adds those of points that were loaded.

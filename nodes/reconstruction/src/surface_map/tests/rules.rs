@@ -132,18 +132,8 @@ fn an_image_of_another_size_a_pose_that_jumps_and_one_without_a_depth_are_taken(
         let rig = rig_at(if index % 2 == 0 { 0.0 } else { 90.0 }, 1.1 * f64::from(index));
         map.integrate(&sized_cycle(&Scene::room(), index, &rig, None, size_px)).unwrap();
     }
-    let mut blind = cycle(&Scene::room(), 9, &rig_at(0.0, 0.0), None);
-    let depth = blind.depth.as_ref().unwrap();
-    let is_moving = depth.is_moving().to_vec();
-    let pixels = geometry::DepthPixels::Millimetres(vec![0; is_moving.len()]);
-    let camera = *depth.frame().camera();
-    let size_px = (camera.width_px, camera.height_px);
-    let image =
-        geometry::DepthImage::new(Stamp::from_nanos(9), "camera".to_owned(), size_px, pixels);
-    let frame = geometry::DepthFrame::new(image.unwrap(), camera).unwrap();
-    blind.depth = MaskedDepth::new(Arc::new(frame), is_moving).ok();
     let before = map.points();
-    map.integrate(&blind).unwrap();
+    map.integrate(&scene::blind_cycle(9)).unwrap();
     assert!(!before.is_empty());
 }
 

@@ -153,6 +153,11 @@ pub(crate) fn cycle(
     sized_cycle(scene, index, rig, noise, SIZE_PX)
 }
 
+/// A cycle whose image has no depths.
+pub(crate) fn blind_cycle(index: u32) -> SegmentedCycle {
+    sized_cycle(&Scene { planes: vec![], person_m: None }, index, &rig_at(0.0, 0.0), None, SIZE_PX)
+}
+
 /// The same with an image of another size.
 pub(crate) fn sized_cycle(
     scene: &Scene,

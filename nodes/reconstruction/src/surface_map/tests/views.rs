@@ -64,3 +64,13 @@ fn an_image_of_which_a_part_was_left_out_is_no_view() {
         assert_eq!(map.whole().views, []);
     }
 }
+
+/// Regression: an image without depths kept out the views of those that came later from there.
+#[test]
+fn an_image_without_depths_is_no_view() {
+    let mut map = map(0.05);
+    map.integrate(&scene::blind_cycle(0)).unwrap();
+    assert_eq!(map.whole().views, []);
+    map.integrate(&cycle(&Scene::room(), 1, &rig_at(0.0, 0.0), None)).unwrap();
+    assert_eq!(map.whole().views.len(), 1);
+}
