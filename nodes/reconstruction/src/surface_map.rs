@@ -44,7 +44,7 @@ const SHARE_DROPPED: usize = 16;
 /// 2.1 kB a block, of which there are `max_map_blocks` at most, and 1.5 kB more of one that has colours; what one image needs
 /// besides, and is kept, is bounded by the image. While changes are followed, some 600 bytes more a block, and while
 /// the mesh is, some 500. While distances are asked for, some 900 bytes more a block, and up to 60 MB of them.
-/// The places that the map was seen from take up to 4 MB.
+/// The places that the map was seen from take up to 8 MB.
 ///
 /// With [`AtMaxVoxels::Spill`] `max_map_blocks` bounds what is in memory. Besides grow, with the way that was driven and no other
 /// bound, the 30 to 60 bytes of each tile that is out of memory, and while the mesh is followed some 50 of each block there that

@@ -10,7 +10,10 @@ use crate::correction::TICK_S;
 /// The views of a map.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Views {
-    views: MapViews,
+    /// Of its own images.
+    own: MapViews,
+    /// Of the points that were loaded, which no path moves.
+    loaded: MapViews,
 }
 
 impl Views {
@@ -22,18 +25,19 @@ impl Views {
         frame: &DepthFrame,
     ) {
         if frame.depths_mm().iter().any(|depth_mm| *depth_mm > 0) {
-            self.views.add(MapView { stamp, map_from_camera, camera: *frame.camera() });
+            self.own.add(MapView { stamp, map_from_camera, camera: *frame.camera() });
         }
     }
 
     /// Adds those of points that were loaded.
     pub(super) fn add_loaded(&mut self, views: impl IntoIterator<Item = MapView>) {
-        views.into_iter().for_each(|view| self.views.add(view));
+        views.into_iter().for_each(|view| self.loaded.add(view));
     }
 
     /// All of them, none near another.
     pub(super) fn all(&self) -> Vec<MapView> {
-        self.views.as_slice().to_vec()
+        let both = self.loaded.as_slice().iter().chain(self.own.as_slice());
+        both.copied().collect::<MapViews>().as_slice().to_vec()
     }
 
     /// Forgets those that saw the oldest blocks, which are to be dropped.
@@ -41,9 +45,11 @@ impl Views {
         if oldest.is_empty() {
             return;
         }
+        // What was not seen since it was loaded goes first, and nobody knows by which views it was.
+        self.loaded = MapViews::default();
         let seen_last = oldest.iter().filter_map(|key| Some(surface.seen(*key)?.1)).max();
         if let Some(stamp) = seen_last {
-            self.views.forget_until(stamp.plus_seconds(TICK_S));
+            self.own.forget_until(stamp.plus_seconds(TICK_S));
         }
     }
 
@@ -54,6 +60,6 @@ impl Views {
 
     /// The map was corrected.
     pub(super) fn correct(&mut self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) {
-        self.views.correct(now_from_before);
+        self.own.correct(now_from_before);
     }
 }

@@ -1,6 +1,6 @@
 //! Where the map was seen from.
 
-use geometry::Stamp;
+use geometry::{MapView, Stamp};
 
 use super::*;
 use crate::AtMaxVoxels;
@@ -73,4 +73,26 @@ fn an_image_without_depths_is_no_view() {
     assert_eq!(map.whole().views, []);
     map.integrate(&cycle(&Scene::room(), 1, &rig_at(0.0, 0.0), None)).unwrap();
     assert_eq!(map.whole().views.len(), 1);
+}
+
+/// Regression: the views of a loaded map moved by corrections of a path that was not theirs, while its points stayed.
+#[test]
+fn the_views_of_a_loaded_map_stay_with_its_points() {
+    let mut saved = map(0.05);
+    saved.integrate(&cycle(&Scene::room(), 0, &rig_at(0.0, 0.0), None)).unwrap();
+    let saved = saved.whole();
+    let mut map = map(0.05);
+    map.replace(&saved.points.points_m, &saved.points.normals, "map").unwrap();
+    map.add_views(saved.views.clone());
+    let before = map.points();
+    map.follow_path(&path_at(0.0)).unwrap();
+    map.integrate(&cycle(&Scene::room(), 1, &rig_at(2.0, 0.0), None)).unwrap();
+    let own = map.whole().views;
+    map.follow_path(&path_at(0.5)).unwrap();
+    let moved: Vec<MapView> = map.whole().views;
+    assert_eq!((&moved[..1], &own[..1]), (&saved.views[..], &saved.views[..]));
+    assert_eq!(moved.len(), 2);
+    assert_ne!(moved[1].map_from_camera, own[1].map_from_camera);
+    let stayed = before.iter().filter(|point| map.points().contains(point)).count();
+    assert!(2 * stayed > before.len(), "{stayed} of {}", before.len());
 }
