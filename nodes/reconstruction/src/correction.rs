@@ -10,8 +10,8 @@
 //! than [`STAYS_IN_EDGES`] is moved in the map; parts that come to the same place are one from then on. What has moved by less
 //! stays until it has moved by more.
 
-use geometry::{LateCorrections, MapPath, PathCorrection, Stamp};
-use nalgebra::Isometry3;
+use geometry::{LateCorrections, MapPath, PathCorrection, PathKnot, Stamp};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::tiles::TileError;
 
@@ -97,6 +97,17 @@ pub(crate) struct Asked {
     /// What was seen at this moment or later stays.
     pub(crate) until: Stamp,
     stands_on: MapPath,
+}
+
+impl Asked {
+    /// By how much the height of something changes, at most.
+    pub(crate) fn lift_m(&self) -> f64 {
+        let lift_m = |PathKnot { place_m, now_from_before, .. }: &PathKnot| {
+            let tilt = (now_from_before.rotation * Vector3::z()).xy().norm();
+            (now_from_before * place_m - place_m).z.abs() + REACH_M * tilt
+        };
+        self.made.knots().iter().map(lift_m).fold(0.0, f64::max)
+    }
 }
 
 impl Corrections {

@@ -25,6 +25,8 @@ pub(crate) struct GridObservations {
     floor: FloorFinder,
     /// The floor, given or as the cycles show it.
     floor_m: Option<f64>,
+    /// By how much corrections may have lifted what the finder has.
+    lifted_m: f64,
     /// The map was loaded: free is also where it has floor.
     is_loaded: bool,
 }
@@ -53,6 +55,7 @@ impl GridObservations {
             fan: DepthFan::new(reach_m),
             floor: FloorFinder::default(),
             floor_m: given.then_some(config.grid_floor_height_m),
+            lifted_m: 0.0,
             is_loaded: false,
         }))
     }
@@ -108,18 +111,30 @@ impl GridObservations {
         self.floor_m = Some(found_m);
     }
 
-    /// The map was corrected.
-    pub(crate) fn correct(&mut self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) {
+    /// The map was corrected, and by at most so much in height.
+    pub(crate) fn correct(
+        &mut self,
+        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
+        lift_m: f64,
+    ) {
         self.plane.correct(now_from_before);
-        // It may be higher or lower there.
+        self.lifted_m += lift_m;
+        // Found anew, a table may be taken for the floor until that is in view.
+        if self.lifted_m > SAME_FLOOR_M {
+            self.find_floor_anew();
+        }
+    }
+
+    fn find_floor_anew(&mut self) {
         self.floor = FloorFinder::default();
+        self.lifted_m = 0.0;
     }
 
     /// The map is empty, or another one.
     pub(crate) fn clear(&mut self) {
         self.plane.clear();
         self.is_loaded = false;
-        self.floor = FloorFinder::default();
+        self.find_floor_anew();
         if self.config.grid_floor == GridFloor::Found {
             self.floor_m = None;
         }

@@ -4,7 +4,7 @@ use geometry::{GridCell, MapPath, MaskedDepth, PathVertex, ScanRay, SegmentedCyc
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use super::*;
-use crate::surface_map::tests::scene::{Scene, cycle, rig_at};
+use crate::surface_map::tests::scene::{Scene, cycle, path_at, rig_at};
 use crate::{Map, ReconstructionConfig};
 
 use GridCell::{Free, Occupied, Unknown};
@@ -231,6 +231,23 @@ fn what_a_grid_has_does_not_depend_on_when_it_was_asked_for() {
         map.occupancy_grid().unwrap()
     };
     assert_eq!(grid_of(true), grid_of(false));
+}
+
+/// Regression: after each correction the floor was looked for anew, and a table before the camera was one: the grid was emptied
+/// twice.
+#[test]
+fn a_correction_that_lifts_nothing_keeps_the_floor() {
+    let known = |map: &mut Map| {
+        let grid = map.occupancy_grid().unwrap();
+        grid.cells.iter().filter(|cell| **cell != Unknown).count()
+    };
+    let mut map = room(band(), 5);
+    map.follow_path(&path_at(0.0)).unwrap();
+    let before = known(&mut map);
+    map.follow_path(&path_at(0.5)).unwrap();
+    map.integrate(&cycle(&Scene::room_with_floor_at(-0.45), 5, &rig_at(0.0, 0.0), None)).unwrap();
+    let after = known(&mut map);
+    assert!(after * 10 > before * 9, "{after} of {before}");
 }
 
 #[test]

@@ -38,7 +38,7 @@ impl SurfaceMap {
         };
         let moved_voxels = moved.inspect_err(|_| self.corrections.put_off(&asked))?;
         if let Some(grid) = &mut self.grid {
-            grid.correct(now_from_before);
+            grid.correct(now_from_before, asked.lift_m());
         }
         self.views.correct(now_from_before);
         self.follow_changes_anew();
