@@ -52,6 +52,16 @@ pub enum MeshError {
         /// The finest edge that joins them.
         least_m: f64,
     },
+    /// There are too many blocks for the memory.
+    #[error(
+        "there is no mesh: with voxels of {edge_m} m it takes more than {max_blocks} blocks of 3.6 kB; a larger edge takes fewer"
+    )]
+    TooManyBlocks {
+        /// The edge of the voxels.
+        edge_m: f64,
+        /// The bound.
+        max_blocks: usize,
+    },
     /// Points cannot be put into voxels of this edge.
     #[error(transparent)]
     Surface(#[from] volume::SurfaceConfigError),

@@ -19,15 +19,26 @@ const MOST_SPACING_M: f64 = 10.0;
 /// The points of another cloud than a map say where the surface is so many edges around them: it has no gaps between them.
 const REACH_IN_EDGES: f64 = 2.0;
 
+/// A mesh is made of so many blocks at most, of 3.6 kB each: some 30,000 m2 of a map at 2 cm.
+const MOST_BLOCKS: usize = 2_000_000;
+
 /// The triangles of points. Where there is one in each voxel of a grid, as of a map, they are those of the map as far as its
 /// points and normals say; of another cloud the points become patches that reach some way beyond its border. Normals that are
 /// missing are estimated. The voxels have the edge `edge_m`; where it is not given the edge of the map, or how far apart the points are.
 ///
 /// # Errors
-/// When there are no points, the edge means nothing, or the points join to no surface.
+/// When there are no points, the edge means nothing, the points join to no surface, or to one of more than 2 million blocks of 8 voxels an axis.
 pub fn mesh_of_points(
     points: &OrientedPoints,
     edge_m: Option<f64>,
+) -> Result<TriangleMesh, MeshError> {
+    mesh_of_blocks(points, edge_m, MOST_BLOCKS)
+}
+
+pub(super) fn mesh_of_blocks(
+    points: &OrientedPoints,
+    edge_m: Option<f64>,
+    max_blocks: usize,
 ) -> Result<TriangleMesh, MeshError> {
     if points.points_m.is_empty() {
         return Err(MeshError::NoTriangles);
@@ -36,12 +47,7 @@ pub fn mesh_of_points(
     let spacing_m = spacing_m(points);
     let map_edge_m = spacing_m.and_then(|spacing_m| edge_of_map_m(points, spacing_m));
     let edge_m = edge_m.or(map_edge_m).or(spacing_m).unwrap_or(MOST_SPACING_M);
-    let config = SurfaceConfig {
-        edge_m,
-        max_blocks: usize::MAX,
-        has_colour: true,
-        ..SurfaceConfig::default()
-    };
+    let config = SurfaceConfig { edge_m, max_blocks, has_colour: true, ..SurfaceConfig::default() };
     let mut surface = Surface::new(config)?;
     // Of a finer edge each voxel has one point at most, too, and most have none.
     let is_own = |map_edge_m: f64| edge_m > map_edge_m - EDGE_STEP_M / 2.0;
@@ -61,11 +67,14 @@ pub fn mesh_of_points(
     }
     let colours = points.colours.iter().copied().chain(std::iter::repeat(geometry::NO_COLOUR));
     let put = points.points_m.iter().zip(&points.normals).zip(colours);
-    surface.put_coloured_points(
+    let refused = surface.put_coloured_points(
         put.map(|((point_m, normal), colour)| (*point_m, *normal, colour)),
         reach_m,
         BlockBox::ALL,
     );
+    if refused > 0 {
+        return Err(MeshError::TooManyBlocks { edge_m, max_blocks });
+    }
     let mesh = surface.mesh(PointRules::default());
     if mesh.triangles.is_empty() {
         return Err(MeshError::NoSurface { points: given, edge_m });

@@ -97,6 +97,16 @@ fn a_mesh_of_finer_voxels_than_the_map_is_the_same_surface() {
     assert!(matches!(too_fine, MeshError::TooFine { .. }), "{too_fine}");
 }
 
+/// Regression: a sparse cloud with a small edge took memory without bound.
+#[test]
+fn a_mesh_of_more_blocks_than_fit_is_refused() {
+    let points = ball(0.03);
+    let of_edge = |edge_m| from_points::mesh_of_blocks(&points, Some(edge_m), 1_000);
+    assert!(of_edge(0.03).is_ok());
+    let refused = of_edge(0.006).unwrap_err();
+    assert_eq!(refused, MeshError::TooManyBlocks { edge_m: 0.006, max_blocks: 1_000 });
+}
+
 #[test]
 fn what_is_no_surface_is_said() {
     let points = |points: &[[f32; 3]]| OrientedPoints {
