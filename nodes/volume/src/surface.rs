@@ -4,6 +4,7 @@
 //! Distances are kept at the **corners** of voxels: the node of a voxel is its corner with the least coordinates. So the cell
 //! between eight nodes is a voxel, and the surface point of that cell lies in it (module `points`).
 
+mod around;
 mod block;
 mod blocks;
 mod bytes;

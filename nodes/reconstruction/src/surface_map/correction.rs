@@ -2,7 +2,7 @@
 
 use geometry::{MapPath, Stamp};
 use nalgebra::Isometry3;
-use volume::BlockKey;
+use volume::{BlockBox, BlockKey};
 
 use super::SurfaceMap;
 use super::spill::{LookedAt, Spill};
@@ -10,11 +10,14 @@ use crate::correction::MapNow;
 use crate::tiles::TileError;
 use crate::{CorrectionError, MapCorrection};
 
+/// A block that moves needs those around it: so many tiles are kept that were looked at last. 27 are needed at a time.
+const AROUND_TILES: usize = 32;
+
 impl SurfaceMap {
     /// Takes the trajectory of the platform as the map of the poses has it by now: [`crate::StaticMap::follow_path`] has the
     /// rules. A block of 8 voxels an axis moves by the correction of the moment at which it was seen first. Costs by the blocks
-    /// of the map, and takes their memory twice meanwhile. Where tiles are spilled, it takes the memory of 16 of them; all are
-    /// read, written elsewhere, and take room on the disk twice meanwhile. Voxels are counted as [`SurfaceMap::len`] does.
+    /// of the map, and takes their memory twice meanwhile. Where tiles are spilled, it takes the memory of 32 of them; all are
+    /// read some three times, written elsewhere, and take room on the disk twice meanwhile. Voxels are counted as [`SurfaceMap::len`] does.
     ///
     /// # Errors
     /// When the path is in another frame than the map, or a tile cannot be read or written for now; the map is then as it was.
@@ -83,7 +86,7 @@ impl SurfaceMap {
             self.spill.insert(old).tiles.failed(error.clone());
         }
         self.followers.changes = follower;
-        self.surface.count_near_nodes();
+        self.surface.settle_moved();
         outcome
     }
 
@@ -92,10 +95,10 @@ impl SurfaceMap {
         old: &Spill,
         now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
     ) -> Result<usize, TileError> {
-        let mut before = LookedAt::of(&self.surface);
+        let mut before = LookedAt::with_room_for(AROUND_TILES, &self.surface);
         let mut moved_voxels = 0;
         for tile in old.tiles.in_store_by_key() {
-            old.with_next(tile).for_each(|tile| before.look(old, tile));
+            old.with_all_around(tile).for_each(|tile| before.look(old, tile));
             match before.unreadable.get(&tile) {
                 Some(error) if !error.is_loss() => return Err(error.clone()),
                 _ => {}
@@ -104,7 +107,8 @@ impl SurfaceMap {
                 let motion = before.surface.motion_of(*key, &now_from_before);
                 let moves = motion != Isometry3::identity();
                 moved_voxels += if moves { before.surface.near_nodes_of(*key) } else { 0 };
-                self.put_moved(&before, *key, &motion)?;
+                let moved = before.surface.moved_box(*key, &motion);
+                self.put_moved(&before, *key, &now_from_before, moved)?;
             }
         }
         if !before.unreadable.is_empty() {
@@ -123,9 +127,9 @@ impl SurfaceMap {
         &mut self,
         before: &LookedAt,
         key: BlockKey,
-        motion: &Isometry3<f64>,
+        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
+        moved: BlockBox,
     ) -> Result<(), TileError> {
-        let moved = before.surface.moved_box(key, motion);
         let tiles: Vec<_> = self.spill.iter().flat_map(|spill| spill.tiles_of(moved)).collect();
         for tile in tiles {
             let Some(spill) = &self.spill else { break };
@@ -135,7 +139,7 @@ impl SurfaceMap {
             if !is_here || !self.spill_until(most_new) {
                 return Err(self.why_no_room());
             }
-            self.surface.join_moved(&before.surface, key, motion, blocks);
+            self.surface.join_moved(&before.surface, key, &now_from_before, blocks);
             if let Some(spill) = &mut self.spill {
                 spill.tiles.has(tile);
             }

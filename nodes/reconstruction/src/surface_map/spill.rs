@@ -67,4 +67,9 @@ impl Spill {
         let BlockBox { least, most } = self.blocks_of(tile);
         self.tiles_of(BlockBox { least, most: most.offset(1, 1, 1) })
     }
+
+    /// A tile and those on all sides.
+    pub(super) fn with_all_around(&self, tile: TileKey) -> impl Iterator<Item = TileKey> + use<> {
+        self.tiles_of(self.blocks_of(tile).grown(1))
+    }
 }

@@ -1,27 +1,19 @@
 //! The surface after a correction of the map: each block moves with the moment at which it was seen first.
 //!
-//! A block that stays is kept to the bit. Of one that moves, the nodes of where it comes to are interpolated between its own;
-//! those that come from several blocks are one, by their weights.
+//! A block that stays is kept to the bit. Of one that moves, the nodes of where it comes to are those that it says something of
+//! (module `around`); those that come from several blocks are one, by their weights.
 
 use geometry::{NO_COLOUR, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Surface;
+use super::around::{Around, Node};
 use super::block::SurfaceBlock;
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 use crate::evidence::Evidence;
 
-/// Corners of a cell that are known must make up so much of an interpolated node.
-const LEAST_KNOWN_SHARE: f64 = 0.5;
 /// Weights that are summed end here, as those of images.
 const MOST_WEIGHT: f64 = 32.0 * 255.0;
-
-/// An interpolated node.
-struct Node {
-    distance: f64,
-    weight: f64,
-    colour: [u8; 3],
-}
 
 /// When and from where a block was seen.
 struct Seen {
@@ -49,10 +41,9 @@ impl Surface {
         let seen_before = self.seen_before.clone();
         let mut corrected = Self { ticks: self.ticks.clone(), seen_before, ..self.emptied() };
         for key in self.block_keys() {
-            let motion = self.motion_of(key, &now_from_before);
-            corrected.join_moved(self, key, &motion, BlockBox::ALL);
+            corrected.join_moved(self, key, &now_from_before, BlockBox::ALL);
         }
-        corrected.count_near_nodes();
+        corrected.settle_moved();
         corrected
     }
 
@@ -68,23 +59,39 @@ impl Surface {
     }
 
     /// Joins a block of another surface with the same voxels and times, moved, to the blocks of this one within a box:
-    /// [`Surface::corrected`], block by block. The nodes of the next blocks count, too. It needs
-    /// [`Surface::count_near_nodes`] after it. Blocks beyond the bound are left out.
+    /// [`Surface::corrected`], block by block. All blocks around it in the other surface count, too. It needs
+    /// [`Surface::settle_moved`] after it. Blocks beyond the bound are left out.
     pub fn join_moved(
         &mut self,
         before: &Self,
         key: BlockKey,
-        motion: &Isometry3<f64>,
+        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
         within: BlockBox,
     ) {
         let Some(block) = before.block(key) else { return };
-        if *motion == Isometry3::identity() {
+        let motion = before.motion_of(key, &now_from_before);
+        if motion == Isometry3::identity() {
             if within.contains(key) {
                 self.join_block(key, block);
             }
-        } else if geometry::check_pose(motion).is_ok() {
-            before.move_block(key, block, motion, within, self);
+        } else if geometry::check_pose(&motion).is_ok() {
+            let motion_of = |key| before.motion_of(key, &now_from_before);
+            let edge_m = before.config.edge_m;
+            let around = Around::of(key, edge_m, |key| before.block(key), motion_of);
+            let seen = Seen::of(block, &motion);
+            self.join_nodes(&around, &seen, before.moved_nodes(key, &motion), within);
         }
+    }
+
+    /// After [`Surface::join_moved`]: removes the blocks in which there is no surface, as an image does, and counts the nodes near
+    /// the surface.
+    pub fn settle_moved(&mut self) {
+        for key in self.block_keys() {
+            if !self.block(key).is_some_and(SurfaceBlock::has_surface) {
+                self.remove_block(key);
+            }
+        }
+        self.count_near_nodes();
     }
 
     /// The blocks that [`Surface::join_moved`] may join a block to.
@@ -100,10 +107,10 @@ impl Surface {
         BlockBox { least: block_of(least), most: block_of(most) }
     }
 
-    /// The box around where a block's cells come to, in nodes.
+    /// The box around where a block's cells and those next to them come to, in nodes.
     fn moved_nodes(&self, key: BlockKey, motion: &Isometry3<f64>) -> (Vector3<i32>, Vector3<i32>) {
         let edge_m = self.config.edge_m;
-        let half = 0.5 * BLOCK_EDGE as f64;
+        let half = 0.5 * BLOCK_EDGE as f64 + 1.0;
         let middle_m = super::middle_m(key, super::block_edge_m(edge_m));
         let middle = motion * middle_m / edge_m;
         let reach = motion.rotation.to_rotation_matrix().matrix().abs() * Vector3::repeat(half);
@@ -129,19 +136,14 @@ impl Surface {
         }
     }
 
-    fn move_block(
-        &self,
-        key: BlockKey,
-        block: &SurfaceBlock,
-        motion: &Isometry3<f64>,
+    fn join_nodes(
+        &mut self,
+        around: &Around<'_>,
+        seen: &Seen,
+        (least, most): (Vector3<i32>, Vector3<i32>),
         within: BlockBox,
-        corrected: &mut Self,
     ) {
-        let seen = Seen::of(block, motion);
         let edge_m = self.config.edge_m;
-        let first =
-            Vector3::from(key.coordinates()).map(|along| f64::from(along) * BLOCK_EDGE as f64);
-        let (least, most) = self.moved_nodes(key, motion);
         for z in least.z..=most.z {
             for y in least.y..=most.y {
                 for x in least.x..=most.x {
@@ -150,54 +152,13 @@ impl Surface {
                     if !within.contains(to) {
                         continue;
                     }
-                    let place = Point3::new(f64::from(x), f64::from(y), f64::from(z)) * edge_m;
-                    let before = motion.inverse_transform_point(&place).coords / edge_m - first;
-                    let Some(node) = self.interpolate(key, &before) else { continue };
-                    corrected.join_node(to, voxel_index(voxel), &node, &seen);
+                    let place_m = Point3::new(f64::from(x), f64::from(y), f64::from(z)) * edge_m;
+                    if let Some(node) = around.at(&place_m) {
+                        self.join_node(to, voxel_index(voxel), &node, seen);
+                    }
                 }
             }
         }
-    }
-
-    /// What is at a place within a block, in edges from its first node; `None` beside the block, and where too little is known.
-    fn interpolate(&self, key: BlockKey, place: &Vector3<f64>) -> Option<Node> {
-        let cell = place.map(|along| along.floor());
-        if cell.min() < 0.0 || cell.max() >= BLOCK_EDGE as f64 {
-            return None;
-        }
-        let within = place - cell;
-        let (mut shares, mut nearest) = (0.0, 0.0);
-        let mut node = Node { distance: 0.0, weight: 0.0, colour: [0; 3] };
-        for corner in 0..8_usize {
-            let step = |axis: usize| corner >> axis & 1;
-            let share: f64 = (0..3)
-                .map(|axis| if step(axis) == 1 { within[axis] } else { 1.0 - within[axis] })
-                .product();
-            let along = |axis: usize| cell[axis] as i32 + step(axis) as i32;
-            let first = key.coordinates().map(|along| along.saturating_mul(BLOCK_EDGE as i32));
-            let voxel = geometry::VoxelKey {
-                x: first[0].saturating_add(along(0)),
-                y: first[1].saturating_add(along(1)),
-                z: first[2].saturating_add(along(2)),
-            };
-            let Some(block) = self.block(BlockKey::of(voxel)) else { continue };
-            let index = voxel_index(voxel);
-            let weight = f64::from(block.weight[index]);
-            if weight > 0.0 {
-                shares += share;
-                node.distance += share * f64::from(block.distance[index]);
-                node.weight += share * weight;
-                if share > nearest {
-                    nearest = share;
-                    node.colour = block.colour.as_ref().map_or([0; 3], |colour| colour[index]);
-                }
-            }
-        }
-        (shares >= LEAST_KNOWN_SHARE).then(|| Node {
-            distance: node.distance / shares,
-            weight: node.weight / shares,
-            ..node
-        })
     }
 
     fn join_node(&mut self, key: BlockKey, index: usize, node: &Node, seen: &Seen) {

@@ -1,6 +1,7 @@
 mod accuracy;
 mod bounds;
 mod colours;
+mod corrections;
 mod forget;
 mod plain;
 mod rules;

@@ -17,6 +17,7 @@ pub(in super::super) struct LookedAt {
     pub(in super::super) surface: Surface,
     /// The latest at the end.
     kept: VecDeque<(TileKey, Vec<BlockKey>)>,
+    most: usize,
     /// Those that cannot be read.
     pub(in super::super) unreadable: BTreeMap<TileKey, TileError>,
 }
@@ -24,8 +25,13 @@ pub(in super::super) struct LookedAt {
 impl LookedAt {
     /// None yet, of a map with this surface.
     pub(in super::super) fn of(surface: &Surface) -> Self {
+        Self::with_room_for(KEPT_TILES, surface)
+    }
+
+    /// The same with room for so many tiles.
+    pub(in super::super) fn with_room_for(most: usize, surface: &Surface) -> Self {
         let (kept, unreadable) = (VecDeque::new(), BTreeMap::new());
-        Self { surface: surface.unbounded(), kept, unreadable }
+        Self { surface: surface.unbounded(), kept, most, unreadable }
     }
 
     /// Looks at a tile, if it is in the store.
@@ -46,7 +52,7 @@ impl LookedAt {
                 self.unreadable.insert(tile, error);
             }
         }
-        if self.kept.len() > KEPT_TILES
+        if self.kept.len() > self.most
             && let Some((_, keys)) = self.kept.pop_front()
         {
             for key in keys {

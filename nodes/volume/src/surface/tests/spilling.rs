@@ -171,11 +171,11 @@ fn a_correction_tile_by_tile_gives_the_same_surface() {
         .map(|key| tile_of(key).least)
         .collect();
     for tile in tiles {
-        for (key, motion) in &motions {
-            by_tile.join_moved(&before, *key, motion, tile_of(tile));
+        for (key, _) in &motions {
+            by_tile.join_moved(&before, *key, now_from_before, tile_of(tile));
         }
     }
-    by_tile.count_near_nodes();
+    by_tile.settle_moved();
     assert!(nodes(&by_tile) == nodes(&whole));
     assert_eq!(by_tile.near_nodes(), whole.near_nodes());
 }
@@ -191,8 +191,7 @@ fn the_moments_of_blocks_that_meet_are_the_same_in_any_order() {
     let moments = |keys: Vec<BlockKey>| {
         let mut after = before.emptied();
         for key in keys {
-            let motion = before.motion_of(key, now_from_before);
-            after.join_moved(&before, key, &motion, BlockBox::ALL);
+            after.join_moved(&before, key, now_from_before, BlockBox::ALL);
         }
         let of_block = |(key, block): (BlockKey, SurfaceBlock)| {
             (key, block.evidence, [block.first_seen, block.last_seen, block.last_hit])
