@@ -1,8 +1,10 @@
 //! Voxels move with the part of the trajectory at which they were seen first: [`crate::correction`] has the rules.
 //!
 //! A voxel moves as a point, the mean with its weight, and is binned anew. Each move rounds the mean to 32 bits; the number of
-//! its points is never changed.
+//! its points is never changed. A voxel that others come to keeps its moment; of those that come to one place where none was it is
+//! that of the one with most points. By the earliest one each correction would take it a voxel farther.
 
+use std::cmp::Reverse;
 use std::collections::hash_map::Entry;
 
 use geometry::{MapPath, PathCorrection, Stamp, VoxelKey};
@@ -67,16 +69,29 @@ impl StaticMap {
             let moves = now_from_before != Isometry3::identity() && geometry::is_finite(&point);
             moves.then(|| (self.grid.key(&point), voxel.moved_to(&point)))
         };
-        let movers: Vec<(VoxelKey, (VoxelKey, VoxelMean))> =
+        let mut movers: Vec<(VoxelKey, (VoxelKey, VoxelMean))> =
             self.voxels.iter().filter_map(|(key, voxel)| Some((*key, moved(voxel)?))).collect();
         for (key, _) in &movers {
             self.voxels.remove(key);
         }
+        // The outcome is the same in any order of those that come to one place.
+        movers.sort_unstable_by_key(|(_, (key, _))| *key);
+        let heaviness = |voxel: &VoxelMean| (voxel.points(), Reverse(voxel.anchor));
+        let mut newly = None;
         for (_, (key, voxel)) in &movers {
             match self.voxels.entry(*key) {
-                Entry::Occupied(known) => known.into_mut().merge(voxel),
+                Entry::Occupied(known) => {
+                    let known = known.into_mut();
+                    known.merge(voxel);
+                    if let Some((_, most)) = newly.as_mut().filter(|(newly, _)| newly == key)
+                        && heaviness(voxel) > *most
+                    {
+                        *most = heaviness(voxel);
+                        known.anchor = voxel.anchor;
+                    }
+                }
                 Entry::Vacant(entry) => {
-                    entry.insert(*voxel);
+                    newly = Some((*key, heaviness(entry.insert(*voxel))));
                 }
             }
         }

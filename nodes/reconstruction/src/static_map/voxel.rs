@@ -58,8 +58,8 @@ impl VoxelMean {
         moved
     }
 
-    /// Takes in another voxel that has come to the same place. In whatever order they come, the outcome is the same. What
-    /// was seen first is the anchor, and a loaded map before all. Nobody has been told of the outcome.
+    /// Takes in another voxel that has come to the same place. In whatever order they come, the outcome is the same; the
+    /// anchor stays. Nobody has been told of the outcome.
     pub(super) fn merge(&mut self, other: &Self) {
         let (Sums(mut sums), Sums(others)) = (self.sums, other.sums);
         for (sum, other) in sums.iter_mut().zip(others) {
@@ -69,7 +69,6 @@ impl VoxelMean {
         self.points = self.points.saturating_add(other.points);
         self.last_cycle = self.last_cycle.max(other.last_cycle);
         self.told = Told::default();
-        self.anchor = self.anchor.min(other.anchor);
     }
 
     /// The mean lies in the voxel of the points: each rounding on the way keeps the order of numbers, and the

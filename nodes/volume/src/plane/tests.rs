@@ -138,6 +138,31 @@ fn a_correction_moves_a_block_with_the_moment_it_was_seen_first() {
     assert_eq!(expected(2.65, 0.0), CellState::Unknown);
 }
 
+/// Each small correction took a cell of the earlier block into the next one, which was seen at the earlier moment from there on.
+#[test]
+fn what_was_seen_late_moves_with_its_own_moment_after_small_corrections() {
+    let mut plane = plane();
+    let block_m = 8.0 * EDGE_M;
+    for (seconds, first_m) in [(100, 0.0), (200, block_m)] {
+        for cycle in 0..6 {
+            plane.begin_cycle(Stamp::from_secs_nanos(seconds + cycle, 0));
+            for x in 0..8 {
+                plane.hit(&Point2::new(first_m + EDGE_M * (f64::from(x) + 0.5), 0.12));
+            }
+        }
+    }
+    for step in 0..6 {
+        let along_m = if step % 2 == 0 { 0.7 * EDGE_M } else { -0.7 * EDGE_M };
+        plane.correct(|_| Isometry3::translation(along_m, 0.0, 0.0));
+    }
+    let late = Stamp::from_secs_nanos(150, 0);
+    plane.correct(|seen| Isometry3::translation(0.0, if seen > late { 2.0 } else { 0.0 }, 0.0));
+    let moved = (8..16)
+        .filter(|x| state_at(&plane, EDGE_M * (f64::from(*x) + 0.5), 2.12) == CellState::Occupied);
+    assert!(moved.count() >= 7);
+    assert_eq!(state_at(&plane, 0.5 * block_m, 0.12), CellState::Occupied);
+}
+
 /// A place far away moved sideways by its height in cells, taken for metres.
 #[test]
 fn a_correction_that_tilts_moves_what_is_far_away_by_no_more_than_the_tilt() {

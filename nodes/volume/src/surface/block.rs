@@ -27,6 +27,8 @@ pub(super) struct SurfaceBlock {
     pub(super) evidence: Evidence,
     /// The tick of the first image that it was compared with.
     pub(super) first_seen: u32,
+    /// In a correction the weight of the nodes that came with that moment; 0 otherwise.
+    pub(super) moment_weight: u32,
     /// The tick of the last image that changed it.
     pub(super) last_seen: u32,
     /// The tick of the last image that showed a surface in it.
@@ -48,6 +50,7 @@ impl Default for SurfaceBlock {
             colour: None,
             evidence: Evidence::default(),
             first_seen: 0,
+            moment_weight: 0,
             last_seen: 0,
             last_hit: 0,
             hit_from_m: [0.0; 3],
@@ -90,7 +93,8 @@ impl SurfaceBlock {
             **colour = [[0; 3]; BLOCK_VOXELS];
         }
         self.evidence = Evidence::default();
-        (self.first_seen, self.last_seen, self.last_hit) = (0, 0, 0);
+        (self.first_seen, self.moment_weight) = (0, 0);
+        (self.last_seen, self.last_hit) = (0, 0);
         (self.hit_from_m, self.seen_at_m) = ([0.0; 3], None);
         self.near_nodes = 0;
     }
@@ -103,6 +107,19 @@ impl SurfaceBlock {
     /// The time since the last image that showed a surface in it.
     pub(super) fn missed_s(&self, now: u32) -> f64 {
         f64::from(now.saturating_sub(self.last_hit)) * TICK_S
+    }
+
+    /// The weight of all its nodes.
+    pub(super) fn weight(&self) -> u32 {
+        self.weight.iter().map(|weight| u32::from(*weight)).sum()
+    }
+
+    /// So much weight came to it that was seen first at that moment: the heaviest part counts, the earliest of equal ones.
+    pub(super) fn take_moment(&mut self, first_seen: u32, weight: u32) {
+        let is_of_this = (weight, self.first_seen) > (self.moment_weight, first_seen);
+        if is_of_this {
+            (self.first_seen, self.moment_weight) = (first_seen, weight);
+        }
     }
 
     /// Whether some node is near a surface.

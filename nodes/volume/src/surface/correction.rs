@@ -1,7 +1,10 @@
 //! The surface after a correction of the map: each block moves with the moment at which it was seen first.
 //!
 //! A block that stays is kept to the bit. Of one that moves, the nodes of where it comes to are those that it says something of
-//! (module `around`); those that come from several blocks are one, by their weights.
+//! (module `around`); those that come from several blocks are one, by their weights. The moment of a block is then that of the
+//! heaviest part: by the earliest one each correction would take an early block's border, and with it its moment, a block farther.
+
+use std::collections::BTreeMap;
 
 use geometry::{NO_COLOUR, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -87,8 +90,11 @@ impl Surface {
     /// the surface.
     pub fn settle_moved(&mut self) {
         for key in self.block_keys() {
-            if !self.block(key).is_some_and(SurfaceBlock::has_surface) {
-                self.remove_block(key);
+            match self.layer.get_mut(key).and_then(Option::as_mut) {
+                Some(block) if block.has_surface() => block.moment_weight = 0,
+                _ => {
+                    self.remove_block(key);
+                }
             }
         }
         self.count_near_nodes();
@@ -122,18 +128,21 @@ impl Surface {
     fn join_block(&mut self, key: BlockKey, block: &SurfaceBlock) {
         if self.layer.get(key).is_none() {
             if self.layer.len() < self.config.max_blocks {
-                let block = SurfaceBlock { near_nodes: 0, ..block.clone() };
+                let moment_weight = block.weight();
+                let block = SurfaceBlock { near_nodes: 0, moment_weight, ..block.clone() };
                 self.layer.insert(key, Some(Box::new(block)));
             }
             return;
         }
         let seen = Seen::of(block, &Isometry3::identity());
+        self.begin_joining(key);
         for index in 0..BLOCK_VOXELS {
             let colour = block.colour.as_ref().map_or([0; 3], |colour| colour[index]);
             let (distance, weight) =
                 (f64::from(block.distance[index]), f64::from(block.weight[index]));
             self.join_node(key, index, &Node { distance, weight, colour }, &seen);
         }
+        self.take_moment(key, &seen, block.weight());
     }
 
     fn join_nodes(
@@ -144,6 +153,7 @@ impl Surface {
         within: BlockBox,
     ) {
         let edge_m = self.config.edge_m;
+        let mut weights = BTreeMap::new();
         for z in least.z..=most.z {
             for y in least.y..=most.y {
                 for x in least.x..=most.x {
@@ -154,10 +164,34 @@ impl Surface {
                     }
                     let place_m = Point3::new(f64::from(x), f64::from(y), f64::from(z)) * edge_m;
                     if let Some(node) = around.at(&place_m) {
+                        let weight: &mut u32 = weights.entry(to).or_insert_with(|| {
+                            self.begin_joining(to);
+                            0
+                        });
+                        // The cast saturates.
+                        *weight = weight.saturating_add(node.weight.round() as u32);
                         self.join_node(to, voxel_index(voxel), &node, seen);
                     }
                 }
             }
+        }
+        for (to, weight) in weights {
+            self.take_moment(to, seen, weight);
+        }
+    }
+
+    /// A block that came back from a store meanwhile does not know what its moment weighs.
+    fn begin_joining(&mut self, key: BlockKey) {
+        if let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut)
+            && block.moment_weight == 0
+        {
+            block.moment_weight = block.weight();
+        }
+    }
+
+    fn take_moment(&mut self, key: BlockKey, seen: &Seen, weight: u32) {
+        if let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) {
+            block.take_moment(seen.first_seen, weight);
         }
     }
 
@@ -183,7 +217,6 @@ impl Surface {
         let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) else { return };
         block.evidence = block.evidence.max(seen.evidence);
         // Of several blocks in whatever order.
-        block.first_seen = block.first_seen.min(seen.first_seen);
         block.last_seen = block.last_seen.max(seen.last_seen);
         if seen.last_hit > block.last_hit {
             (block.last_hit, block.hit_from_m) = (seen.last_hit, seen.hit_from_m);

@@ -88,6 +88,23 @@ fn two_voxels_that_come_to_one_place_are_one_with_all_their_points() {
     assert_eq!(map.len(), 1);
 }
 
+/// An earlier voxel that came into a later one took it out of what the later part of the way moves.
+#[test]
+fn a_voxel_that_an_earlier_one_came_into_still_moves_with_its_own_moment() {
+    let vertices = |early_m: f64, late_m: f64| [(0.0, along(early_m)), (2.0, along(late_m))];
+    for late_m in [0.0, 0.3] {
+        let mut map = empty_map();
+        map.follow_path(&path(2.0, &vertices(0.0, 0.0))).unwrap();
+        map.add(&cloud(0.0, &[[0.75, 0.5, 0.5]])).unwrap();
+        map.add(&cloud(2.0, &[[1.25, 0.5, 0.5]; 3])).unwrap();
+        let done = map.follow_path(&path(3.0, &vertices(0.5, late_m))).unwrap();
+        assert_eq!(done.merged_voxels, 1);
+        map.follow_path(&path(4.0, &vertices(0.5, late_m + 2.0))).unwrap();
+        let mean_m = 1.25 + 0.75 * late_m + 2.0;
+        check_points(&map, &[[mean_m as f32, 0.5, 0.5]]);
+    }
+}
+
 #[test]
 fn a_little_is_not_forgotten_until_it_has_become_enough() {
     let mut map = empty_map();
