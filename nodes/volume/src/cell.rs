@@ -90,7 +90,7 @@ impl Cell {
             self.occupied_since = now;
         }
         if self.last_hit != self.seen || self.hits == 0 {
-            self.runs += 1;
+            self.runs = self.runs.saturating_add(1);
         }
         (self.last_hit, self.seen) = (now, now);
         self.hits += 1;
@@ -168,7 +168,7 @@ impl Cell {
             last_hit: self.last_hit.max(other.last_hit),
             seen: self.seen.max(other.seen),
             hits,
-            runs: self.runs + other.runs,
+            runs: self.runs.saturating_add(other.runs),
             passes: if hits == 0 { passes.min(MOST_CYCLES - 1) } else { passes },
             held: self.held.max(other.held),
         };
@@ -314,6 +314,20 @@ mod tests {
             (&[(true, 4), (false, 20)], CellState::Occupied),
         ] {
             assert_eq!(after(steps).state(), state, "{steps:?}");
+        }
+    }
+
+    /// Without hits nothing faded, and the sum of the runs overflowed.
+    #[test]
+    fn cells_without_hits_may_be_joined_any_number_of_times() {
+        let mut cell = after(&[(true, 1), (false, 400)]);
+        assert_eq!((cell.hits(), cell.runs), (0, 1));
+        for now in 1000..1020 {
+            cell = cell.joined(cell);
+            assert_eq!(cell.state(), CellState::Free);
+            let mut hit = cell;
+            hit.hit(now);
+            assert_eq!(hit.state(), CellState::Free);
         }
     }
 

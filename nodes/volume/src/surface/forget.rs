@@ -1,6 +1,6 @@
 //! Places whose content is known by now to have moved, though no image shows it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use nalgebra::Point3;
 
@@ -30,7 +30,7 @@ impl Surface {
             }
         }
         let removed = self.removed.len();
-        touched.into_iter().for_each(|key| self.settle(key));
+        self.settle(touched);
         self.removed.len() - removed
     }
 
@@ -54,17 +54,20 @@ impl Surface {
         Some(ends)
     }
 
-    /// Counts a block that has lost nodes anew, and removes it if it has no surface any more.
-    fn settle(&mut self, key: BlockKey) {
-        self.count_near_of(key);
-        if self.block(key).is_some_and(SurfaceBlock::has_surface) {
-            if !self.changed.contains(&key) {
+    /// Counts blocks that have lost nodes anew, and removes those that have no surface any more.
+    fn settle(&mut self, touched: BTreeSet<BlockKey>) {
+        let changed: HashSet<BlockKey> = self.changed.iter().copied().collect();
+        let mut gone = HashSet::new();
+        for key in touched {
+            self.count_near_of(key);
+            if !self.block(key).is_some_and(SurfaceBlock::has_surface) {
+                gone.insert(key);
+                self.remove(key, &mut super::SurfaceUpdate::default());
+            } else if !changed.contains(&key) {
                 self.changed.push(key);
             }
-        } else {
-            self.changed.retain(|changed| *changed != key);
-            self.remove(key, &mut super::SurfaceUpdate::default());
         }
+        self.changed.retain(|changed| !gone.contains(changed));
     }
 }
 

@@ -20,8 +20,11 @@ use crate::surface::nodes::NODES;
 pub(super) const BLOCK_NODES: usize = NODES * NODES * NODES;
 /// Nodes along the edge of a cube that is decided on as a whole.
 const CUBE: usize = 3;
-/// The distances of two neighbouring nodes differ by no more than an edge; so much more for the rounding.
+/// The distances of two neighbouring nodes differ by no more than they are apart: an edge; so much more for the rounding of
+/// distances,
 const ROUNDED_UP: f32 = 1.01;
+/// and so many units in the last place for that of the nodes' coordinates, half a unit each, and as much again.
+const ROUNDED_COORDINATES: f32 = 2.0;
 
 /// The distances at the nodes of a block.
 #[derive(Clone, PartialEq, Debug)]
@@ -121,7 +124,8 @@ fn fill_cube(
     if near.is_empty() {
         return;
     }
-    let apart_m = ROUNDED_UP * grid.edge_m as f32;
+    let farthest_m = cube.least_m[0].abs().max(cube.most_m[0].abs());
+    let apart_m = ROUNDED_UP * grid.edge_m as f32 + ROUNDED_COORDINATES * f32::EPSILON * farthest_m;
     let [x, y, z] = first;
     for z in z..z + CUBE {
         for y in y..y + CUBE {

@@ -43,6 +43,25 @@ fn away_is_the_normal_of_a_wall_and_the_distance_is_that_of_the_wall() {
     }
 }
 
+/// In single precision nodes 5 cm apart are 5.08 cm apart 10 km from the origin: more than the bound from the next node allowed, and
+/// there was no obstacle at all.
+#[test]
+fn far_from_the_origin_obstacles_are_as_far_away_as_at_it() {
+    for far in [0, 40_000, 250_000] {
+        let mut surface = surface();
+        put(&mut surface, BlockKey { x: far, y: far, z: 0 }, |index| index % 8 < 4);
+        let points = surface.points(PointRules::default());
+        let config = DistanceConfig::default();
+        let mut field = DistanceField::of(&surface, config).unwrap();
+        let first_m = f64::from(far) * 8.0 * MAP_EDGE_M;
+        for step in 0..40 {
+            let place = Point3::new(first_m + 0.1 + 0.04 * f64::from(step), first_m + 0.1, 0.1);
+            let error_m = error_m(&field.at(&surface, &place), &points, &place, config);
+            assert!(error_m <= half_diagonal_m(config), "block {far}, {step}: {error_m} m");
+        }
+    }
+}
+
 #[test]
 fn between_two_points_the_distance_grows_in_no_direction_of_theirs() {
     let mut surface = surface();
