@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::absolute::MatchedPose;
 use super::path::path_lengths_m;
 
-/// The least length of a gap, in median intervals of the reference: a sparse reference has no gaps by itself.
+/// Not longer than this is no gap, in median intervals of the reference, or in frames: a sparse reference has no gaps by itself, and one frame that is
+/// missing is none.
 const LEAST_GAP_INTERVALS: f64 = 2.0;
 /// The most gaps that are listed, the longest first.
 const MOST_GAPS: usize = 20;
@@ -66,7 +67,8 @@ pub(super) fn coverage(span: &Span<'_>, unit: CoverageUnit, max_gap: f64) -> Cov
     let path_m = path_lengths_m(span.poses);
     let max_gap = match unit {
         CoverageUnit::Seconds => max_gap.max(LEAST_GAP_INTERVALS * median_interval(span.at)),
-        CoverageUnit::Frames => 1.0,
+        // Seconds say nothing of frames.
+        CoverageUnit::Frames => LEAST_GAP_INTERVALS,
     };
     let (mut covered, mut covered_m, mut gaps) = (0.0, 0.0, Vec::new());
     let mut gap = |start: f64, end: f64| {
@@ -161,17 +163,23 @@ mod tests {
     }
 
     #[test]
-    fn of_frames_each_that_is_missing_counts() {
+    fn of_frames_two_that_are_missing_are_a_gap() {
+        let part = covered_frames(&[0, 1, 2, 5]);
+        assert_eq!((part.covered, part.share), (2.0, 0.2));
+        assert_eq!(part.gaps, [Gap { start: 5.0, end: 10.0 }, Gap { start: 2.0, end: 5.0 }]);
+    }
+
+    /// Regression: each frame that was missing alone took the two intervals beside it: with 86 of 600 missing the coverage was 71.5 %.
+    #[test]
+    fn a_frame_that_is_missing_alone_is_no_gap() {
+        let part = covered_frames(&[0, 2, 3, 5, 6, 7, 9, 10]);
+        assert_eq!((part.share, part.gap_count), (1.0, 0));
+    }
+
+    fn covered_frames(matched: &[usize]) -> Coverage {
         let at: Vec<f64> = (0..11).map(f64::from).collect();
         let poses = vec![Isometry3::identity(); 11];
-        let matched = [0, 1, 2, 4, 5];
-        let part = coverage(
-            &Span { at: &at, poses: &poses, matched: &matched },
-            CoverageUnit::Frames,
-            9.0,
-        );
-        assert_eq!((part.covered, part.share), (3.0, 0.3));
-        assert_eq!(part.gaps, [Gap { start: 5.0, end: 10.0 }, Gap { start: 2.0, end: 4.0 }]);
+        coverage(&Span { at: &at, poses: &poses, matched }, CoverageUnit::Frames, 9.0)
     }
 
     #[test]
