@@ -112,11 +112,16 @@ fn coverage(score: &TrajectoryScore) -> Result<(), Failure> {
 }
 
 fn row(name: &str, statistics: Option<&Statistics>) -> Result<(), Failure> {
+    console::print(line(name, statistics))
+}
+
+/// The figures in columns, apart from each other however large they are.
+fn line(name: &str, statistics: Option<&Statistics>) -> String {
     match statistics {
-        Some(Statistics { rmse, mean, median, std, min, max }) => console::print(format_args!(
-            "{name:<25}{rmse:>11.6}{mean:>11.6}{median:>11.6}{std:>11.6}{min:>11.6}{max:>11.6}"
-        )),
-        None => console::print(format_args!("{name:<25}{:>11}", "-")),
+        Some(Statistics { rmse, mean, median, std, min, max }) => format!(
+            "{name:<25} {rmse:>10.6} {mean:>10.6} {median:>10.6} {std:>10.6} {min:>10.6} {max:>10.6}"
+        ),
+        None => format!("{name:<25}{:>11}", "-"),
     }
 }
 
@@ -136,4 +141,20 @@ fn segments(score: &TrajectoryScore) -> Result<(), Failure> {
         segments.count,
         lengths.join(", ")
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: the errors of positions in millimetres ran into each other.
+    #[test]
+    fn columns_of_large_figures_stand_apart() {
+        let [rmse, mean, median] = [2946.213465, 2883.314616, 3082.527566];
+        let statistics = Statistics { rmse, mean, median, std: 6.5, min: 0.0, max: 123_456.7 };
+        let told = line("ATE position (m)", Some(&statistics));
+        let figures: Vec<f64> =
+            told.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        assert_eq!(figures, [rmse, mean, median, 6.5, 0.0, 123_456.7]);
+    }
 }
