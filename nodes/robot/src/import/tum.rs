@@ -40,6 +40,9 @@ pub struct TumArgs {
     /// Focal lengths and principal point in pixels, if the folder's name does not contain the camera's
     #[arg(long, value_name = "FX,FY,CX,CY", value_parser = parse_intrinsics)]
     intrinsics: Option<[f64; 4]>,
+    /// Stored depth units per metre: 5000 in the benchmark, 1000 of most cameras
+    #[arg(long, value_name = "UNITS", default_value_t = UNITS_PER_METRE)]
+    units_per_metre: f64,
     #[command(flatten)]
     scan: ScanCutArgs,
     #[command(flatten)]
@@ -49,7 +52,8 @@ pub struct TumArgs {
 pub(crate) fn import(args: &TumArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     let calibration = Calibration::of(&args.folder, args.intrinsics)?;
     let cut = ScanCut::new(&args.scan);
-    let summary = write(&args.folder, calibration, cut, || args.output.create(), interrupt)?;
+    let camera = (calibration, DepthUnit::new(args.units_per_metre)?);
+    let summary = write(&args.folder, camera, cut, || args.output.create(), interrupt)?;
     print_summary(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
@@ -69,17 +73,17 @@ pub(crate) fn import_to(bag: &Path, folder: &Path, interrupt: &Interrupt) -> Res
         ))
     })?;
     let create = || BagOutput::new(bag.to_owned()).create();
-    write(folder, calibration, ScanCut::usual(), create, interrupt).map(drop)
+    let camera = (calibration, DepthUnit::new(UNITS_PER_METRE)?);
+    write(folder, camera, ScanCut::usual(), create, interrupt).map(drop)
 }
 
 fn write(
     folder: &Path,
-    calibration: Calibration,
+    (calibration, unit): (Calibration, DepthUnit),
     mut cut: ScanCut,
     create: impl FnOnce() -> Result<SensorBag, Failure>,
     interrupt: &Interrupt,
 ) -> Result<BagSummary, Failure> {
-    let unit = DepthUnit::new(UNITS_PER_METRE)?;
     let mut items = Vec::new();
     for (stamp, rest) in read_list(&folder.join(DEPTH_LIST))? {
         items.push((stamp, Item::Depth(folder.join(rest))));
@@ -148,3 +152,6 @@ fn compressed_picture(path: &Path, stamp: Stamp) -> Result<CompressedImage, Fail
         data,
     })
 }
+
+#[cfg(test)]
+mod tests;
