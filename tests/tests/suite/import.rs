@@ -113,7 +113,7 @@ fn a_tum_sequence_keeps_its_stamps_and_its_poses() {
     let folder = tempfile::tempdir().unwrap();
     let sequence = folder.path().join("rgbd_dataset_freiburg3_made_up");
     std::fs::create_dir_all(sequence.join("depth")).unwrap();
-    write_depth(&sequence.join("depth/a.png"), 5000);
+    write_depth_of((640, 480), &sequence.join("depth/a.png"), 5000);
     std::fs::write(sequence.join("depth.txt"), "# depth\n100.250001 depth/a.png\n").unwrap();
     std::fs::write(
         sequence.join("groundtruth.txt"),

@@ -23,6 +23,7 @@ use msgs::std_msgs::Header;
 use super::checks::Check;
 use super::finding::Finding;
 pub(super) use camera::CameraFacts;
+pub(crate) use camera::wrong as wrong_calibration;
 use cloud::CloudFacts;
 use frames::Frames;
 pub(super) use image::ImageFacts;

@@ -9,6 +9,7 @@ use nalgebra::Isometry3;
 use super::depth_png::{DepthUnit, numbered_pictures, read_depth, read_mask};
 use super::print_summary;
 use super::scan_cut::{ScanCut, ScanCutArgs};
+use crate::doctor::wrong_calibration;
 use crate::existing::BagOutput;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
@@ -70,7 +71,8 @@ pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome,
         }
         let stamp = FIRST_STAMP.plus_seconds(index as f64 / args.rate);
         let image = read_depth(picture, unit, stamp, DEPTH_FRAME)?;
-        let camera = camera_of(args, (image.width_px(), image.height_px()));
+        let size_px = (image.width_px(), image.height_px());
+        let camera = camera_of(args.intrinsics, Distortion::None, size_px)?;
         bag.camera(&camera, stamp)?;
         bag.pose(&StampedPose {
             stamp,
@@ -91,9 +93,21 @@ pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome,
     print_summary(&args.output, &summary, interrupt, Outcome::Complete)
 }
 
-fn camera_of(args: &DepthArgs, (width_px, height_px): (usize, usize)) -> CameraModel {
-    let [fx_px, fy_px, cx_px, cy_px] = args.intrinsics;
-    CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion: Distortion::None }
+/// The camera of intrinsics for images of a size; a failure where they are not those of such images.
+pub(super) fn camera_of(
+    [fx_px, fy_px, cx_px, cy_px]: [f64; 4],
+    distortion: Distortion,
+    (width_px, height_px): (usize, usize),
+) -> Result<CameraModel, Failure> {
+    let k = [fx_px, 0.0, cx_px, 0.0, fy_px, cy_px, 0.0, 0.0, 1.0];
+    let size_px = (width_px as u32, height_px as u32);
+    if let Some(wrong) = wrong_calibration(&k, size_px) {
+        return Err(Failure::new(format!(
+            "the images have {width_px} x {height_px} pixels: {wrong}"
+        ))
+        .fix("give the --intrinsics of images of this size"));
+    }
+    Ok(CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion })
 }
 
 fn labels_of(mask: &Path, stamp: Stamp) -> Result<LabelImage, Failure> {

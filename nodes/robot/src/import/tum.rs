@@ -114,7 +114,7 @@ fn write(
         match item {
             Item::Depth(path) => {
                 let image = read_depth(&path, unit, stamp, DEPTH_FRAME)?;
-                let camera = calibration.camera((image.width_px(), image.height_px()));
+                let camera = calibration.camera((image.width_px(), image.height_px()))?;
                 bag.camera(&camera, stamp)?;
                 if let Some(scan) = cut.scan(&image, &camera)? {
                     bag.scan(&scan)?;

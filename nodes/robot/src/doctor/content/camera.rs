@@ -125,7 +125,7 @@ fn off_centre(k: &[f64; 9], (width, height): (u32, u32)) -> Option<f64> {
 }
 
 /// What is wrong with a calibration.
-fn wrong(k: &[f64; 9], (width, height): (u32, u32)) -> Option<String> {
+pub(crate) fn wrong(k: &[f64; 9], (width, height): (u32, u32)) -> Option<String> {
     if k.iter().all(|one| *one == 0.0) {
         return Some("the camera is not calibrated, K is all zero".to_owned());
     }

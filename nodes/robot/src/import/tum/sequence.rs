@@ -6,6 +6,7 @@ use geometry::{CameraModel, Distortion, Stamp};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::failure::Failure;
+use crate::import::depth::camera_of;
 
 /// Depth images of the benchmark have 5000 units per metre (its file format page).
 pub const UNITS_PER_METRE: f64 = 5000.0;
@@ -48,11 +49,9 @@ impl Calibration {
         }
     }
 
-    /// The camera model for images of this size.
-    pub fn camera(&self, (width_px, height_px): (usize, usize)) -> CameraModel {
-        let [fx_px, fy_px, cx_px, cy_px] = self.intrinsics_px;
-        let distortion = self.distortion;
-        CameraModel { width_px, height_px, fx_px, fy_px, cx_px, cy_px, distortion }
+    /// The camera model for images of this size; a failure if it is not that of such images.
+    pub fn camera(&self, size_px: (usize, usize)) -> Result<CameraModel, Failure> {
+        camera_of(self.intrinsics_px, self.distortion, size_px)
     }
 }
 

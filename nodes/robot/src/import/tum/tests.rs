@@ -46,3 +46,18 @@ fn depth_units_are_those_that_are_given() {
     let of = |more: &[&str]| depth_m(&imported(&path, (640, 480), more).unwrap());
     assert_eq!((of(&[]), of(&["--units-per-metre", "1000"])), (Some(0.2), Some(1.0)));
 }
+
+/// Regression: a folder with the name of the benchmark's camera and images of half its size became a bag with a wrong calibration.
+#[test]
+fn a_calibration_of_larger_images_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("freiburg3");
+    let refused = |more: &[&str]| imported(&path, (320, 240), more).err().unwrap_or_default();
+    let by_name = refused(&[]);
+    assert!(by_name.contains("320 x 240 pixels: the optical centre cx = 320.1 px"), "{by_name}");
+    assert!(by_name.contains("--intrinsics"), "{by_name}");
+    assert!(!path.join("bag.mcap").exists());
+    assert!(refused(&["--intrinsics", "525,525,319.5,239.5"]).is_empty());
+    assert!(!refused(&["--intrinsics", "525,525,325,247"]).is_empty());
+    assert!(imported(&path, (320, 240), &["--intrinsics", "262,262,159.5,119.5"]).is_ok());
+}

@@ -78,6 +78,6 @@ impl Folder {
             size_px,
             data: rgb.into_raw(),
         };
-        Ok(Images { stamp: pair.stamp, camera: self.calibration.camera(size_px), color, depth })
+        Ok(Images { stamp: pair.stamp, camera: self.calibration.camera(size_px)?, color, depth })
     }
 }
