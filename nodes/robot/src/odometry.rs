@@ -1,18 +1,20 @@
 //! `stillmap odometry`: the trajectory of a bag's camera, from its images; or of its LiDAR.
 
+mod findings;
+mod summary;
+
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use bag_player::Selection;
 use clap::{Args, ValueEnum};
 use msgs::sensor_msgs::{CameraInfo, Image};
-use msgs::stillmap_msgs::StageReport;
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Host, NodeFailure, Publisher, Qos, RosArguments};
 use pose::shell::PoseParameters;
-use report::DurationStatistics;
-use serde::Serialize;
 
+use self::findings::{findings, no_pose};
+use self::summary::{OdometrySummary, print_summary};
 use crate::console;
 use crate::existing::{check_output_file, refuse_same_file};
 use crate::failure::{Failure, Outcome};
@@ -105,21 +107,6 @@ enum Whose {
     Lidar,
 }
 
-/// The result of a run.
-#[derive(Serialize, Debug)]
-struct OdometrySummary {
-    image_pairs: usize,
-    poses: usize,
-    path_m: f64,
-    without_a_pose: std::collections::BTreeMap<String, u64>,
-    inliers_median: u64,
-    milliseconds_median: f64,
-    milliseconds_p99: f64,
-    /// The size and the path of the saved map.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    map: Option<String>,
-}
-
 pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     check_output_file(&args.output, args.overwrite, "-o")?;
     if let Some(map) = &args.save_map {
@@ -192,23 +179,25 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         let what = format!("{topic}: {count} messages cannot be used; the first: {first}");
         console::print_failure(&Failure::new(what));
     }
-    let has_losses = !messages.losses().is_empty() || !unusable.is_empty();
     let rig_from_written = match args.of {
         Whose::Camera => geometry::pose_from_vector(&parameters.rig_from_camera),
         Whose::Rig | Whose::Lidar => nalgebra::Isometry3::identity(),
     };
     let final_poses = tracking.odometry.trajectory();
     let poses = final_poses.as_deref().unwrap_or(tracking.odometry.poses());
+    let mut summary = OdometrySummary::of(&tracking.odometry, poses);
+    if poses.is_empty() {
+        print_summary(&summary, &args.output, args.json)?;
+        return Err(no_pose(&tracking.odometry, &parameters));
+    }
     write_trajectory(&args.output, poses, &rig_from_written)?;
     let saved = args.save_map.as_deref().map(|path| tracking.odometry.save_map(path)).transpose();
-    let saved = saved.map_err(failed)?;
-    let summary = OdometrySummary { poses: poses.len(), map: saved, ..tracking.summary() };
+    summary.map = saved.map_err(failed)?;
     print_summary(&summary, &args.output, args.json)?;
-    if summary.poses == 0 {
-        return Err(Failure::new("no image has a pose".to_owned())
-            .fix("the causes are above; `stillmap info` lists what the bag holds"));
-    }
-    Ok(if has_losses { Outcome::WithLosses } else { Outcome::Complete })
+    let findings = findings(&tracking.odometry, poses.len(), &parameters);
+    findings.iter().for_each(console::print_failure);
+    let is_complete = messages.losses().is_empty() && unusable.is_empty() && findings.is_empty();
+    Ok(if is_complete { Outcome::Complete } else { Outcome::WithLosses })
 }
 
 /// The pose node with the depth images' publishers.
@@ -232,6 +221,11 @@ impl Tracking {
         let host = Host::in_process();
         let mut arguments = vec!["--ros-args".to_owned()];
         arguments.extend(["-r".to_owned(), format!("__ns:={NAMESPACE}")]);
+        // What the node says of its topics has the names of the bag.
+        let depth = [("depth/image", topics.depth.as_str()), ("depth/camera_info", depth_info)];
+        for (name, topic) in topics.by_node_name().into_iter().chain(depth) {
+            arguments.extend(["-r".to_owned(), format!("{name}:={topic}")]);
+        }
         let arguments = RosArguments::parse(arguments)?;
         let (node, beside) = (host.node(visual::NODE, &arguments)?, host.node("feed", &arguments)?);
         let other_topics =
@@ -260,64 +254,15 @@ impl Tracking {
         if *message.topic == self.depth_topic {
             self.depths.publish(message.decode::<Image>()?)?;
         }
-        if *message.topic == self.depth_info_topic {
+        // Where both cameras have one topic, it was published as that of the colour camera.
+        let is_of_depth = *message.topic == self.depth_info_topic;
+        if is_of_depth && !self.other_topics.contains(&self.depth_info_topic) {
             self.depth_infos.publish(message.decode::<CameraInfo>()?)?;
         }
         self.odometry.flow();
         Ok(())
     }
-
-    fn summary(&self) -> OdometrySummary {
-        let poses = self.odometry.poses();
-        let place = |pose: &msgs::geometry_msgs::PoseStamped| {
-            let place = &pose.pose.position;
-            nalgebra::Point3::new(place.x, place.y, place.z)
-        };
-        let steps = poses.iter().zip(poses.iter().skip(1));
-        // The sum of nothing is -0.
-        let path_m = steps
-            .map(|(from, to)| nalgebra::distance(&place(from), &place(to)))
-            .fold(0.0, |path_m, step_m| path_m + step_m);
-        let processed: Vec<&StageReport> =
-            self.odometry.reports().iter().filter(|report| report.processed).collect();
-        let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
-        let durations = DurationStatistics::of_seconds(durations_s.collect());
-        let inliers = |report: &&StageReport| {
-            let named = report.count_names.iter().zip(&report.counts);
-            named.filter(|(name, _)| *name == "inliers").map(|(_, count)| *count).next()
-        };
-        let mut inliers: Vec<u64> = processed.iter().filter_map(inliers).collect();
-        inliers.sort_unstable();
-        OdometrySummary {
-            image_pairs: self.odometry.reports().len(),
-            poses: poses.len(),
-            path_m,
-            without_a_pose: self.odometry.drops(),
-            inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
-            milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
-            milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
-            map: None,
-        }
-    }
 }
 
-fn print_summary(summary: &OdometrySummary, output: &Path, json: bool) -> Result<(), Failure> {
-    if json {
-        let json = serde_json::to_string_pretty(summary)
-            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
-        return console::print(json);
-    }
-    console::print(format_args!(
-        "{} poses of {} pairs of images, path {:.3} m; {} inliers (median)",
-        summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
-    ))?;
-    for (cause, count) in &summary.without_a_pose {
-        console::print(format_args!("{cause}: {count}"))?;
-    }
-    console::print(format_args!(
-        "{:.1} ms a pair (median), {:.1} ms (99 of 100)",
-        summary.milliseconds_median, summary.milliseconds_p99
-    ))?;
-    summary.map.iter().try_for_each(console::print)?;
-    console::print(format_args!("poses: {}", output.display()))
-}
+#[cfg(test)]
+mod tests;

@@ -2,6 +2,7 @@
 
 mod topics;
 mod trajectory_file;
+mod without_pose;
 
 use std::path::Path;
 
@@ -13,6 +14,7 @@ use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, NodeFailure, PublishError, Publisher, Qos};
 use pose::shell::{ImageInput, PoseParameters, Stage};
 
+pub(crate) use self::without_pose::WithoutPose;
 use crate::pose_listener::PoseListener;
 pub use topics::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
 pub(crate) use trajectory_file::write_trajectory;
@@ -32,6 +34,7 @@ pub(crate) struct VisualOdometry {
     camera_infos: Publisher<CameraInfo>,
     imu: Publisher<Imu>,
     wheels: Publisher<Odometry>,
+    without_pose: WithoutPose,
 }
 
 /// Why a message of the bag could not be passed to a node.
@@ -73,6 +76,7 @@ impl VisualOdometry {
             imu: beside.publisher("imu", &qos)?,
             wheels: beside.publisher("wheels", &qos)?,
             topics,
+            without_pose: WithoutPose::default(),
         })
     }
 
@@ -103,6 +107,7 @@ impl VisualOdometry {
     pub(crate) fn flow(&mut self) {
         self.stage.take_waiting();
         self.listener.receive();
+        self.without_pose.note(self.listener.reports(), self.listener.drops());
     }
 
     /// The poses so far.
@@ -126,8 +131,8 @@ impl VisualOdometry {
         self.listener.reports()
     }
 
-    /// The numbers of unusable messages, by cause.
-    pub(crate) fn drops(&self) -> std::collections::BTreeMap<String, u64> {
-        self.listener.drops()
+    /// Which images have no pose, and why.
+    pub(crate) fn without_pose(&self) -> &WithoutPose {
+        &self.without_pose
     }
 }

@@ -64,6 +64,11 @@ pub struct Stage {
 }
 
 impl Stage {
+    /// The cause in the diagnostics of colour images to which no depth image belongs.
+    pub const IMAGE_WITHOUT_DEPTH: &str = "image without depth";
+    /// ... and of depth images to which no colour image belongs.
+    pub const DEPTH_WITHOUT_IMAGE: &str = "depth without image";
+
     /// The stage that `node` is.
     ///
     /// # Errors
@@ -218,8 +223,8 @@ impl Stage {
             return self.reporter.superseded(self.header(stamp), self.next_frame, &counts);
         }
         let (cause, topic) = match of {
-            Of::Color => ("image without depth", self.inputs.depth_topic()),
-            Of::Depth => ("depth without image", self.inputs.color_topic()),
+            Of::Color => (Self::IMAGE_WITHOUT_DEPTH, self.inputs.depth_topic()),
+            Of::Depth => (Self::DEPTH_WITHOUT_IMAGE, self.inputs.color_topic()),
         };
         self.drop_frame(stamp, cause, &format!("no image of {topic} was taken then"));
     }

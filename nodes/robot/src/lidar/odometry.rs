@@ -78,7 +78,9 @@ pub fn run(
     progress.finish();
     losses.extend(follower.lost_after_the_end());
     let poses = follower.final_poses().map_err(failed)?;
-    write_trajectory(output, &poses, &follower.base_from_lidar())?;
+    if !poses.is_empty() {
+        write_trajectory(output, &poses, &follower.base_from_lidar())?;
+    }
     let summary = LidarSummary::of(&follower);
     print_summary(&summary, output, json)?;
     let findings = findings(&summary);
@@ -175,7 +177,10 @@ fn print_summary(summary: &LidarSummary, output: &Path, json: bool) -> Result<()
         return console::print(json);
     }
     print(summary)?;
-    console::print(format_args!("poses: {}", output.display()))
+    if summary.poses > 0 {
+        console::print(format_args!("poses: {}", output.display()))?;
+    }
+    Ok(())
 }
 
 /// Prints the summary as text.

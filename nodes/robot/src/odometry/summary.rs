@@ -1,0 +1,110 @@
+//! The result of `stillmap odometry` of a camera.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use msgs::geometry_msgs::PoseStamped;
+use msgs::stillmap_msgs::StageReport;
+use report::DurationStatistics;
+use serde::Serialize;
+
+use crate::console;
+use crate::failure::Failure;
+use crate::visual::VisualOdometry;
+
+/// The cause of pairs whose camera was followed, but not yet found in the loaded map.
+const NOT_IN_THE_MAP: &str = "not found in the map";
+
+/// The result of a run.
+#[derive(Serialize, Debug)]
+pub(super) struct OdometrySummary {
+    /// Without the images that have no partner.
+    image_pairs: usize,
+    poses: usize,
+    path_m: f64,
+    without_a_pose: BTreeMap<String, u64>,
+    /// Why, of the first of each cause.
+    reasons: BTreeMap<String, String>,
+    inliers_median: u64,
+    milliseconds_median: f64,
+    milliseconds_p99: f64,
+    /// The size and the path of the saved map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) map: Option<String>,
+}
+
+impl OdometrySummary {
+    pub(super) fn of(odometry: &VisualOdometry, poses: &[PoseStamped]) -> Self {
+        let place = |pose: &PoseStamped| {
+            let place = &pose.pose.position;
+            nalgebra::Point3::new(place.x, place.y, place.z)
+        };
+        let steps = poses.iter().zip(poses.iter().skip(1));
+        // The sum of nothing is -0.
+        let path_m = steps
+            .map(|(from, to)| nalgebra::distance(&place(from), &place(to)))
+            .fold(0.0, |path_m, step_m| path_m + step_m);
+        let processed: Vec<&StageReport> =
+            odometry.reports().iter().filter(|report| report.processed).collect();
+        let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
+        let durations = DurationStatistics::of_seconds(durations_s.collect());
+        let inliers = |report: &&StageReport| {
+            let named = report.count_names.iter().zip(&report.counts);
+            named.filter(|(name, _)| *name == "inliers").map(|(_, count)| *count).next()
+        };
+        let mut inliers: Vec<u64> = processed.iter().filter_map(inliers).collect();
+        inliers.sort_unstable();
+        let without_pose = odometry.without_pose();
+        let mut without_a_pose = without_pose.drops().clone();
+        let not_in_the_map = processed.len().saturating_sub(odometry.poses().len()) as u64;
+        if not_in_the_map > 0 {
+            without_a_pose.insert(NOT_IN_THE_MAP.to_owned(), not_in_the_map);
+        }
+        Self {
+            image_pairs: without_pose.pairs(),
+            poses: poses.len(),
+            path_m,
+            without_a_pose,
+            reasons: without_pose.reasons().clone(),
+            inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
+            milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
+            milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
+            map: None,
+        }
+    }
+
+    /// How many images have no pose, by cause.
+    pub(super) fn causes(&self) -> impl Iterator<Item = String> {
+        self.without_a_pose.iter().map(|(cause, count)| match self.reasons.get(cause) {
+            Some(reason) => format!("{cause}: {count}; the first: {reason}"),
+            None => format!("{cause}: {count}"),
+        })
+    }
+}
+
+/// Prints the summary as JSON or as text.
+pub(super) fn print_summary(
+    summary: &OdometrySummary,
+    output: &Path,
+    json: bool,
+) -> Result<(), Failure> {
+    if json {
+        let json = serde_json::to_string_pretty(summary)
+            .map_err(|error| Failure::new(format!("cannot print the summary: {error}")))?;
+        return console::print(json);
+    }
+    console::print(format_args!(
+        "{} poses of {} pairs of images, path {:.3} m; {} inliers (median)",
+        summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
+    ))?;
+    summary.causes().try_for_each(console::print)?;
+    console::print(format_args!(
+        "{:.1} ms a pair (median), {:.1} ms (99 of 100)",
+        summary.milliseconds_median, summary.milliseconds_p99
+    ))?;
+    summary.map.iter().try_for_each(console::print)?;
+    if summary.poses > 0 {
+        console::print(format_args!("poses: {}", output.display()))?;
+    }
+    Ok(())
+}

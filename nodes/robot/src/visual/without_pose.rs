@@ -1,0 +1,129 @@
+//! Which images have no pose, and why: by the node's counters and its reports.
+
+use std::collections::BTreeMap;
+
+use geometry::Stamp;
+use msgs::convert::stamp_from_time;
+use msgs::stillmap_msgs::StageReport;
+use pose::shell::Stage;
+
+/// Images without a partner are missing where there is no pair for longer than this: a camera that is twice as fast as the other one has
+/// many, and loses nothing. After as long without a pose a robot does not know where it is.
+const LONGEST_ALONE_S: f64 = 1.0;
+
+/// What the node has reported of images without a pose.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WithoutPose {
+    reports_seen: usize,
+    drops: BTreeMap<String, u64>,
+    reasons: BTreeMap<String, String>,
+    pairs: usize,
+    stretch: Stretch,
+    missing_partners: u64,
+    /// Of images without a partner, by the reason: each camera has its own.
+    alone: BTreeMap<String, Vec<Stamp>>,
+}
+
+/// A part of a recording without any pair.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stretch {
+    start: Option<Stamp>,
+    end: Option<Stamp>,
+    images: u64,
+    depths: u64,
+}
+
+impl WithoutPose {
+    /// Takes the reports and the counters as they are after a message.
+    pub(super) fn note(&mut self, reports: &[StageReport], drops: BTreeMap<String, u64>) {
+        let new = reports.get(self.reports_seen..).unwrap_or_default();
+        self.reports_seen = reports.len();
+        let risen: BTreeMap<&str, u64> = drops
+            .iter()
+            .map(|(cause, count)| (cause.as_str(), count - self.drops.get(cause).unwrap_or(&0)))
+            .filter(|(_, more)| *more > 0)
+            .collect();
+        let more = |cause: &str| risen.get(cause).copied().unwrap_or(0);
+        let (images, depths) = (more(Stage::IMAGE_WITHOUT_DEPTH), more(Stage::DEPTH_WITHOUT_IMAGE));
+        // Images without a partner come before the pair that has shown it.
+        let mut alone = images + depths;
+        self.stretch.images += images;
+        self.stretch.depths += depths;
+        for report in new {
+            let stamp = stamp_from_time(report.header.stamp);
+            let is_of_a_pair = report.processed || alone == 0;
+            if is_of_a_pair {
+                self.pairs += 1;
+                self.stretch_ends(Some(stamp));
+            } else {
+                alone -= 1;
+                self.stretch.start.get_or_insert(stamp);
+                self.stretch.end = Some(stamp);
+                self.alone.entry(report.drop_reason.clone()).or_default().push(stamp);
+            }
+            let mut causes = risen.keys().copied().filter(|cause| is_alone(cause) != is_of_a_pair);
+            if let (false, Some(cause), None) = (report.processed, causes.next(), causes.next()) {
+                self.reasons.entry(cause.to_owned()).or_insert_with(|| report.drop_reason.clone());
+            }
+        }
+        self.drops = drops;
+    }
+
+    /// A pair begins at its stamp where the stretch before it ends; `None` at the end of the recording.
+    fn stretch_ends(&mut self, pair: Option<Stamp>) {
+        self.missing_partners += self.missing_of_stretch(pair);
+        self.stretch = Stretch { start: pair, ..Stretch::default() };
+    }
+
+    fn missing_of_stretch(&self, pair: Option<Stamp>) -> u64 {
+        let Stretch { start, end, images, depths } = self.stretch;
+        let length_s = start.zip(pair.or(end)).map_or(0.0, |(start, end)| end.seconds_since(start));
+        if length_s > LONGEST_ALONE_S { images.max(depths) } else { 0 }
+    }
+
+    /// The number of pairs of images.
+    pub(crate) fn pairs(&self) -> usize {
+        self.pairs
+    }
+
+    /// The pairs without a pose, where this many have one, and the images whose camera was alone for long.
+    pub(crate) fn missing(&self, poses: usize) -> u64 {
+        let partners = self.missing_partners + self.missing_of_stretch(None);
+        self.pairs.saturating_sub(poses) as u64 + partners
+    }
+
+    /// How often there was no pose, and what could not be used, by cause.
+    pub(crate) fn drops(&self) -> &BTreeMap<String, u64> {
+        &self.drops
+    }
+
+    /// Why, of the first of each cause.
+    pub(crate) fn reasons(&self) -> &BTreeMap<String, String> {
+        &self.reasons
+    }
+
+    /// How far an image without a partner is from the nearest one of the other camera: the median. `None` where one camera has none.
+    pub(crate) fn median_gap_s(&self) -> Option<f64> {
+        let mut of_cameras = self.alone.values();
+        let (one, other) = (of_cameras.next()?, of_cameras.next()?);
+        let mut other = other.clone();
+        other.sort_unstable();
+        let nearest_s = |image: &Stamp| {
+            let after = other.partition_point(|of_other| of_other < image);
+            let around = [after.checked_sub(1), Some(after)].into_iter().flatten();
+            around
+                .filter_map(|index| other.get(index))
+                .map(|of_other| of_other.seconds_since(*image).abs())
+                .min_by(f64::total_cmp)
+        };
+        let mut gaps_s: Vec<f64> = one.iter().filter_map(nearest_s).collect();
+        estimation::quantile::upper_median(&mut gaps_s)
+    }
+}
+
+fn is_alone(cause: &str) -> bool {
+    [Stage::IMAGE_WITHOUT_DEPTH, Stage::DEPTH_WITHOUT_IMAGE].contains(&cause)
+}
+
+#[cfg(test)]
+mod tests;
