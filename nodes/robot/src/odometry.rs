@@ -251,7 +251,7 @@ impl Tracking {
 
     fn take(&mut self, message: &bag_player::BagMessage) -> Result<(), visual::FeedError> {
         self.odometry.feed(message)?;
-        if *message.topic == self.depth_topic {
+        if *message.topic == self.depth_topic && !self.odometry.has_ended() {
             self.depths.publish(message.decode::<Image>()?)?;
         }
         // Where both cameras have one topic, it was published as that of the colour camera.

@@ -1,19 +1,24 @@
 //! The pose node in this process: it gets the messages of a bag, and its poses are collected.
 
+mod recording_end;
 mod topics;
 mod trajectory_file;
 mod without_pose;
 
+use std::cell::Cell;
 use std::path::Path;
 
 use bag_player::{BagError, BagMessage};
+use msgs::convert::stamp_from_time;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::nav_msgs::Odometry;
 use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
+use msgs::std_msgs::Header;
 use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, NodeFailure, PublishError, Publisher, Qos};
 use pose::shell::{ImageInput, PoseParameters, Stage};
 
+use self::recording_end::RecordingEnd;
 pub(crate) use self::without_pose::WithoutPose;
 use crate::pose_listener::PoseListener;
 pub use topics::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
@@ -35,6 +40,7 @@ pub(crate) struct VisualOdometry {
     imu: Publisher<Imu>,
     wheels: Publisher<Odometry>,
     without_pose: WithoutPose,
+    end: Cell<RecordingEnd>,
 }
 
 /// Why a message of the bag could not be passed to a node.
@@ -77,6 +83,7 @@ impl VisualOdometry {
             wheels: beside.publisher("wheels", &qos)?,
             topics,
             without_pose: WithoutPose::default(),
+            end: Cell::default(),
         })
     }
 
@@ -85,9 +92,15 @@ impl VisualOdometry {
         let topic = &*message.topic;
         if topic == self.topics.image {
             if self.topics.is_compressed {
-                self.compressed.publish(message.decode::<CompressedImage>()?)?;
+                let image = message.decode::<CompressedImage>()?;
+                if self.is_of_the_recording(&image.header) {
+                    self.compressed.publish(image)?;
+                }
             } else {
-                self.images.publish(message.decode::<Image>()?)?;
+                let image = message.decode::<Image>()?;
+                if self.is_of_the_recording(&image.header) {
+                    self.images.publish(image)?;
+                }
             }
         }
         if topic == self.topics.camera_info {
@@ -103,11 +116,35 @@ impl VisualOdometry {
         Ok(())
     }
 
+    fn is_of_the_recording(&self, header: &Header) -> bool {
+        let mut end = self.end.get();
+        let is_of_it = end.admits(stamp_from_time(header.stamp));
+        self.end.set(end);
+        is_of_it
+    }
+
     /// Lets the node process the waiting messages, and receives its output.
     pub(crate) fn flow(&mut self) {
         self.stage.take_waiting();
         self.listener.receive();
         self.without_pose.note(self.listener.reports(), self.listener.drops());
+    }
+
+    /// Whether the recording has ended: later images are of another one.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.end.get().gone_back_s().is_some()
+    }
+
+    /// What is lost of a recording whose time goes back.
+    pub(crate) fn lost_after_the_end(&self) -> Option<String> {
+        let end = self.end.get();
+        let (poses, left_out) = (self.poses().len(), end.left_out());
+        end.gone_back_s().map(|back_s| {
+            format!(
+                "the stamps of the images go back by {back_s:.1} s after {poses} poses: the drive ends there, {left_out} images of another time \
+                 are left out"
+            )
+        })
     }
 
     /// The poses so far.

@@ -16,7 +16,8 @@ pub(super) fn findings(
     parameters: &PoseParameters,
 ) -> Vec<Failure> {
     let without_pose = odometry.without_pose();
-    let mut findings = Vec::new();
+    let mut findings: Vec<Failure> =
+        odometry.lost_after_the_end().map(Failure::new).into_iter().collect();
     for (cause, count) in without_pose.drops() {
         if let Some(topic) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
             findings.push(

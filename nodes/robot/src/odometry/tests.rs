@@ -110,3 +110,16 @@ fn the_first_reason_of_a_cause_is_told() {
         "{causes:?}"
     );
 }
+
+/// Regression: two recordings in one bag were put upon each other, without a word.
+#[test]
+fn stamps_that_go_back_end_the_recording_with_a_loss() {
+    let folder = tempfile::tempdir().unwrap();
+    let bag = folder.path().join("twice.mcap");
+    let seconds = [50.0, 50.1, 50.2, 0.0, 0.1, 0.2, 0.3];
+    write_bag(&bag, &seconds.map(Some), DEPTH_FRAME);
+    let tracking = tracked(&bag);
+    let told = told(&findings(&tracking.odometry, 3, &PoseParameters::default()));
+    assert!(told.contains("go back by 50.1 s") && told.contains("4 images of another"), "{told}");
+    assert!(tracking.odometry.has_ended());
+}
