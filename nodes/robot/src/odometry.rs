@@ -196,6 +196,9 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
     print_summary(&summary, &args.output, args.json)?;
     let findings = findings(&tracking.odometry, poses.len(), &parameters);
     findings.iter().for_each(console::print_failure);
+    if let Some(doubt) = tracking.odometry.registration_doubt() {
+        console::note(doubt);
+    }
     let is_complete = messages.losses().is_empty() && unusable.is_empty() && findings.is_empty();
     Ok(if is_complete { Outcome::Complete } else { Outcome::WithLosses })
 }

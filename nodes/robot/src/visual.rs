@@ -147,6 +147,11 @@ impl VisualOdometry {
         })
     }
 
+    /// Why the depth images may be another camera's.
+    pub(crate) fn registration_doubt(&self) -> Option<&str> {
+        self.stage.registration_doubt()
+    }
+
     /// The poses so far.
     pub(crate) fn poses(&self) -> &[PoseStamped] {
         self.listener.poses()

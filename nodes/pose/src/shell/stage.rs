@@ -277,9 +277,10 @@ impl Stage {
         self.reporter.keeps_pace(self.left_out.pairs(self.inputs.left_out()), &timer, REMEDY);
     }
 
-    #[cfg(test)]
-    pub(super) fn registration_doubt(&self) -> &str {
-        self.registration_doubt.as_deref().unwrap_or_default()
+    /// Why the depth images may be another camera's, as of the last pair of images; `None` while nothing says so.
+    #[must_use]
+    pub fn registration_doubt(&self) -> Option<&str> {
+        self.registration_doubt.as_deref()
     }
 
     #[cfg(test)]

@@ -123,3 +123,15 @@ fn stamps_that_go_back_end_the_recording_with_a_loss() {
     assert!(told.contains("go back by 50.1 s") && told.contains("4 images of another"), "{told}");
     assert!(tracking.odometry.has_ended());
 }
+
+/// Regression: depth images of a camera beside, said by the node over DDS, were no word here.
+#[test]
+fn depth_images_of_another_frame_are_doubtful() {
+    let folder = tempfile::tempdir().unwrap();
+    for (frame_id, is_doubtful) in [("camera_rgb_optical_frame", true), (DEPTH_FRAME, false)] {
+        let bag = folder.path().join(format!("{frame_id}.mcap"));
+        write_bag(&bag, &[Some(0.0), Some(0.1)], frame_id);
+        let tracking = tracked(&bag);
+        assert_eq!(tracking.odometry.registration_doubt().is_some(), is_doubtful);
+    }
+}

@@ -16,11 +16,12 @@ use super::inputs::{Inputs, TF_STATIC, ViewTopics};
 use super::parameters::PipelineParameters;
 use super::pipeline::{Pipeline, Sensors};
 use super::pose_topics::{PoseSource, PoseTopicKind};
+use crate::console;
 use crate::failure::Failure;
 use crate::import::AddedScans;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use crate::visual::FeedError;
+use crate::visual::{FeedError, VisualOdometry};
 
 /// The result of a run over a bag: the record, and the parts of the bag that could not be read.
 pub(crate) struct LocalRun {
@@ -153,6 +154,9 @@ pub(crate) fn run(
     pipeline.end_of_input();
     let (doubtful, bounds_reached) = (pipeline.doubtful(), pipeline.bounds_reached());
     let poses = pipeline.visual().map(|visual| visual.poses().to_vec());
+    if let Some(doubt) = pipeline.visual().and_then(VisualOdometry::registration_doubt) {
+        console::note(doubt);
+    }
     let wants_grid = parameters.reconstruction().grid.grid != GridSource::None;
     let grid = wants_grid.then(|| pipeline.occupancy_grid());
     let mesh = wants_mesh.then(|| pipeline.mesh());
