@@ -147,6 +147,13 @@ impl VisualOdometry {
         })
     }
 
+    /// What a run has lost with the poses that are missing, and how often.
+    pub(crate) fn losses(&self) -> Vec<(String, u64)> {
+        let mut losses = self.without_pose.losses();
+        losses.extend(self.lost_after_the_end().map(|lost| (lost, self.end.get().left_out())));
+        losses
+    }
+
     /// Why the depth images may be another camera's.
     pub(crate) fn registration_doubt(&self) -> Option<&str> {
         self.stage.registration_doubt()

@@ -156,6 +156,9 @@ impl Pipeline {
         for (cause, count) in self.counters.drops() {
             self.recorder.unusable(&cause, count);
         }
+        for (reason, count) in self.visual.iter().flat_map(VisualOdometry::losses) {
+            self.recorder.dropped(visual::NODE, &reason, count);
+        }
         let name = RunName {
             bag_name: bag_name.to_owned(),
             transport: Transport::Local,

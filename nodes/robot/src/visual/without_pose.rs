@@ -102,6 +102,18 @@ impl WithoutPose {
         &self.reasons
     }
 
+    /// The causes with the first reason of each, and how often. Images without a partner are none while their camera is not alone for long.
+    pub(super) fn losses(&self) -> Vec<(String, u64)> {
+        let partners = self.missing_partners + self.missing_of_stretch(None);
+        let is_lost = |cause: &str| !is_alone(cause) || partners > 0;
+        let lost = self.drops.iter().filter(|(cause, _)| is_lost(cause));
+        let with_reason = |(cause, count): (&String, &u64)| match self.reasons.get(cause) {
+            Some(reason) => (format!("{cause}; the first: {reason}"), *count),
+            None => (cause.clone(), *count),
+        };
+        lost.map(with_reason).collect()
+    }
+
     /// How far an image without a partner is from the nearest one of the other camera: the median. `None` where one camera has none.
     pub(crate) fn median_gap_s(&self) -> Option<f64> {
         let mut of_cameras = self.alone.values();

@@ -45,6 +45,8 @@ fn pairs_without_a_pose_are_missing_and_the_first_reason_is_kept() {
     }
     assert_eq!((node.without_pose.pairs(), node.without_pose.missing(30)), (60, 30));
     assert_eq!(node.without_pose.reasons()["no pose"], "30 inliers are too few");
+    let losses = [("no pose; the first: 30 inliers are too few".to_owned(), 30)];
+    assert_eq!(node.without_pose.losses(), losses);
 }
 
 /// Images without a partner were counted as pairs.
@@ -59,7 +61,7 @@ fn a_camera_that_is_faster_than_the_other_one_misses_nothing() {
     }
     node.flows();
     let told = &node.without_pose;
-    assert_eq!((told.pairs(), told.missing(30)), (30, 0));
+    assert_eq!((told.pairs(), told.missing(30), told.losses()), (30, 0, vec![]));
 }
 
 /// Regression: depth images that ended at half of the recording left no trace but a count.
@@ -72,6 +74,7 @@ fn images_whose_partner_has_ceased_to_come_are_missing() {
         node.flows();
     }
     assert_eq!((node.without_pose.pairs(), node.without_pose.missing(30)), (30, 30));
+    assert_eq!(node.without_pose.losses().len(), 1);
     // It has come back.
     node.has_pose(60);
     assert_eq!((node.without_pose.pairs(), node.without_pose.missing(31)), (31, 30));
