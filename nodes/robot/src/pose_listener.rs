@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use msgs::geometry_msgs::PoseStamped;
 use msgs::stillmap_msgs::StageReport;
+use nalgebra::{Point3, distance};
 use node_shell::{Counters, Node, NodeFailure, Qos, Subscription};
 
 /// Poses and reports that one message may cause.
@@ -60,4 +61,17 @@ impl PoseListener {
     pub(crate) fn drops(&self) -> BTreeMap<String, u64> {
         self.counters.drops()
     }
+}
+
+/// How long the way from pose to pose is.
+pub(crate) fn path_m(poses: &[PoseStamped]) -> f64 {
+    let place = |pose: &PoseStamped| {
+        let place = &pose.pose.position;
+        Point3::new(place.x, place.y, place.z)
+    };
+    let steps = poses.iter().zip(poses.iter().skip(1));
+    // The sum of nothing is -0.
+    steps
+        .map(|(from, to)| distance(&place(from), &place(to)))
+        .fold(0.0, |path_m, step_m| path_m + step_m)
 }

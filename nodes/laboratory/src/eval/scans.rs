@@ -256,11 +256,10 @@ impl<'a> Watch<'a> {
         let moving = &detected.cycle.moving_beams;
         let returns = (0..scan.ranges_m.len()).filter_map(|index| {
             let range_m = f64::from(scan.measured_range_m(index)?);
-            let (sin, cos) = scan.azimuth_rad(index).sin_cos();
             Some(ScanReturn {
                 beam: index,
                 range_m,
-                in_rig_m: rig_from_lidar * Point3::new(range_m * cos, range_m * sin, 0.0),
+                in_rig_m: rig_from_lidar * scan.hit_m(index)?,
                 is_removed: moving.binary_search_by_key(&(index as u32), |beam| beam.index).is_ok(),
             })
         });

@@ -13,6 +13,7 @@ use super::{LidarArgs, LidarFollower, LidarSource, NODE, Sensed};
 use crate::console;
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::Interrupt;
+use crate::pose_listener::path_m;
 use crate::progress::Progress;
 use crate::visual::write_trajectory;
 
@@ -115,15 +116,6 @@ pub(super) fn failed(error: node_shell::NodeFailure) -> Failure {
 impl LidarSummary {
     pub(crate) fn of(follower: &LidarFollower) -> Self {
         let poses = follower.poses();
-        let place = |pose: &msgs::geometry_msgs::PoseStamped| {
-            let place = &pose.pose.position;
-            nalgebra::Point3::new(place.x, place.y, place.z)
-        };
-        let steps = poses.iter().zip(poses.iter().skip(1));
-        // The sum of nothing is -0.
-        let path_m = steps
-            .map(|(from, to)| nalgebra::distance(&place(from), &place(to)))
-            .fold(0.0, |path_m, step_m| path_m + step_m);
         let processed: Vec<_> =
             follower.reports().iter().filter(|report| report.processed).collect();
         let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
@@ -158,7 +150,7 @@ impl LidarSummary {
             last_trouble: follower.last_trouble().map(str::to_owned),
             point_times: follower.point_times(),
             without_times: count("without_times").filter(|without| *without > 0).count(),
-            path_m,
+            path_m: path_m(poses),
             closed_loops: follower.closed_loops(),
             without_a_pose: follower.drops(),
             points_median: points.get(points.len() / 2).copied().unwrap_or(0),

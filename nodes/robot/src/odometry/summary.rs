@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::console;
 use crate::failure::Failure;
+use crate::pose_listener::path_m;
 use crate::visual::VisualOdometry;
 
 /// The cause of pairs whose camera was followed, but not yet found in the loaded map.
@@ -35,15 +36,6 @@ pub(super) struct OdometrySummary {
 
 impl OdometrySummary {
     pub(super) fn of(odometry: &VisualOdometry, poses: &[PoseStamped]) -> Self {
-        let place = |pose: &PoseStamped| {
-            let place = &pose.pose.position;
-            nalgebra::Point3::new(place.x, place.y, place.z)
-        };
-        let steps = poses.iter().zip(poses.iter().skip(1));
-        // The sum of nothing is -0.
-        let path_m = steps
-            .map(|(from, to)| nalgebra::distance(&place(from), &place(to)))
-            .fold(0.0, |path_m, step_m| path_m + step_m);
         let processed: Vec<&StageReport> =
             odometry.reports().iter().filter(|report| report.processed).collect();
         let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
@@ -63,7 +55,7 @@ impl OdometrySummary {
         Self {
             image_pairs: without_pose.pairs(),
             poses: poses.len(),
-            path_m,
+            path_m: path_m(poses),
             without_a_pose,
             reasons: without_pose.reasons().clone(),
             inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
