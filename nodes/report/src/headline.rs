@@ -155,9 +155,9 @@ fn dropped_sentence(summary: &Summary) -> Option<String> {
     let dropped = summary.map.dropped_blocks;
     (dropped > 0).then(|| {
         format!(
-            "The map had no room for all: {} of 8 voxels an axis dropped, those seen longest ago (at_max_voxels: \
+            "The map had no room for all: it dropped {} of 8 voxels an axis, those seen longest ago (at_max_voxels: \
              drop_oldest; more max_map_blocks, or spill, keep them).",
-            counted(dropped, "block was", "blocks were")
+            counted(dropped, "block", "blocks")
         )
     })
 }
