@@ -1,6 +1,6 @@
 //! Benchmark: the integration of a depth image of 640 x 480 at voxel edges of 1 to 10 cm: `cargo bench -p volume`.
 //!
-//! Of the mesh: of all blocks, and of those that an image has changed, as `mesh` of the node has it. And of the distances for
+//! Of corrections: each block moves. Of the mesh: of all blocks, and of those that an image has changed, as `mesh` of the node has it. And of the distances for
 //! planners: of queries, of the blocks that are computed for the first time, and again after a change.
 //!
 //! The camera moves 1 cm an image through a furnished room, with the noise of a Kinect.
@@ -136,6 +136,31 @@ fn integrate(criterion: &mut Criterion) {
                     },
                 );
             }
+        }
+    }
+    group.finish();
+}
+
+/// Of each block, by corrections of parts of an edge: without a turn, and with one.
+fn correction(criterion: &mut Criterion) {
+    let images = images();
+    let mut view = view();
+    let mut group = criterion.benchmark_group("correction");
+    group.sample_size(15);
+    for edge_m in [0.05, 0.02] {
+        let config = SurfaceConfig { edge_m, reach_m: 6.0, ..SurfaceConfig::default() };
+        let mut surface = Surface::new(config).unwrap();
+        for image in &images {
+            fill(&mut view, image);
+            surface.integrate(&view, &Serial);
+        }
+        let shift = Isometry3::translation(0.3 * edge_m, 0.2 * edge_m, -0.4 * edge_m);
+        let turn = Isometry3::new(shift.translation.vector, Vector3::new(0.002, 0.004, -0.001));
+        group.throughput(Throughput::Elements(surface.blocks() as u64));
+        for (name, motion) in [("shift", shift), ("turn", turn)] {
+            group.bench_function(BenchmarkId::new(name, format!("{edge_m} m")), |bencher| {
+                bencher.iter(|| surface.corrected(|_| motion).blocks());
+            });
         }
     }
     group.finish();
@@ -285,5 +310,5 @@ fn distance(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, integrate, mesh, distance);
+criterion_group!(benches, integrate, correction, mesh, distance);
 criterion_main!(benches);

@@ -132,6 +132,15 @@ impl BlockBox {
         along.fold(1, |blocks: u64, along| blocks.saturating_mul(along.max(0) as u64))
     }
 
+    /// The blocks in it.
+    pub fn keys(&self) -> impl Iterator<Item = BlockKey> + use<> {
+        let Self { least, most } = *self;
+        (least.x..=most.x).flat_map(move |x| {
+            (least.y..=most.y)
+                .flat_map(move |y| (least.z..=most.z).map(move |z| BlockKey { x, y, z }))
+        })
+    }
+
     /// The box, larger by this many blocks on each side.
     #[must_use]
     pub fn grown(&self, blocks: i32) -> Self {

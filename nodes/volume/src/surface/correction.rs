@@ -4,9 +4,7 @@
 //! (module `around`); those that come from several blocks are one, by their weights. The moment of a block is then that of the
 //! heaviest part: by the earliest one each correction would take an early block's border, and with it its moment, a block farther.
 
-use std::collections::BTreeMap;
-
-use geometry::{NO_COLOUR, Stamp};
+use geometry::{NO_COLOUR, Stamp, VoxelKey};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Surface;
@@ -15,6 +13,7 @@ use super::block::SurfaceBlock;
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 use crate::evidence::Evidence;
 
+const EDGE: i32 = BLOCK_EDGE as i32;
 /// Weights that are summed end here, as those of images.
 const MOST_WEIGHT: f64 = 32.0 * 255.0;
 
@@ -32,6 +31,13 @@ impl Seen {
         let hit_from_m = motion * Point3::from(block.hit_from_m).cast::<f64>();
         let SurfaceBlock { evidence, first_seen, last_seen, last_hit, .. } = *block;
         Self { evidence, first_seen, last_seen, last_hit, hit_from_m: hit_from_m.cast().into() }
+    }
+
+    /// A block that was seen then, of which nothing is known.
+    fn block(&self) -> SurfaceBlock {
+        let Self { evidence, first_seen, last_seen, last_hit, hit_from_m } = *self;
+        let nothing = SurfaceBlock::default();
+        SurfaceBlock { evidence, first_seen, last_seen, last_hit, hit_from_m, ..nothing }
     }
 }
 
@@ -57,7 +63,16 @@ impl Surface {
         key: BlockKey,
         now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
     ) -> Isometry3<f64> {
-        let seen = self.block(key).and_then(|block| self.ticks.stamp(block.first_seen));
+        let block = self.block(key);
+        block.map_or_else(Isometry3::identity, |block| self.motion(block, now_from_before))
+    }
+
+    fn motion(
+        &self,
+        block: &SurfaceBlock,
+        now_from_before: impl Fn(Stamp) -> Isometry3<f64>,
+    ) -> Isometry3<f64> {
+        let seen = self.ticks.stamp(block.first_seen);
         seen.map_or_else(Isometry3::identity, now_from_before)
     }
 
@@ -72,15 +87,16 @@ impl Surface {
         within: BlockBox,
     ) {
         let Some(block) = before.block(key) else { return };
-        let motion = before.motion_of(key, &now_from_before);
+        let motion = before.motion(block, &now_from_before);
         if motion == Isometry3::identity() {
             if within.contains(key) {
                 self.join_block(key, block);
             }
         } else if geometry::check_pose(&motion).is_ok() {
-            let motion_of = |key| before.motion_of(key, &now_from_before);
-            let edge_m = before.config.edge_m;
-            let around = Around::of(key, edge_m, |key| before.block(key), motion_of);
+            let around = Around::of(key, before.config.edge_m, |key| {
+                let block = before.block(key)?;
+                Some((block, before.motion(block, &now_from_before)))
+            });
             let seen = Seen::of(block, &motion);
             self.join_nodes(&around, &seen, before.moved_nodes(key, &motion), within);
         }
@@ -107,9 +123,6 @@ impl Surface {
             return BlockBox { least: key, most: key };
         }
         let (least, most) = self.moved_nodes(key, motion);
-        let block_of = |node: Vector3<i32>| {
-            BlockKey::of(geometry::VoxelKey { x: node.x, y: node.y, z: node.z })
-        };
         BlockBox { least: block_of(least), most: block_of(most) }
     }
 
@@ -134,15 +147,13 @@ impl Surface {
             }
             return;
         }
-        let seen = Seen::of(block, &Isometry3::identity());
-        self.begin_joining(key);
-        for index in 0..BLOCK_VOXELS {
-            let colour = block.colour.as_ref().map_or([0; 3], |colour| colour[index]);
-            let (distance, weight) =
-                (f64::from(block.distance[index]), f64::from(block.weight[index]));
-            self.join_node(key, index, &Node { distance, weight, colour }, &seen);
-        }
-        self.take_moment(key, &seen, block.weight());
+        let colour = |index| block.colour.as_ref().map_or(NO_COLOUR, |colour| colour[index]);
+        let nodes = block.distance.iter().zip(&block.weight).enumerate();
+        let nodes = nodes.map(|(index, (distance, weight))| {
+            let (distance, weight) = (f64::from(*distance), f64::from(*weight));
+            (index, Node { distance, weight, colour: colour(index) })
+        });
+        self.join(key, &Seen::of(block, &Isometry3::identity()), &nodes.collect::<Vec<_>>());
     }
 
     fn join_nodes(
@@ -153,84 +164,78 @@ impl Surface {
         within: BlockBox,
     ) {
         let edge_m = self.config.edge_m;
-        let mut weights = BTreeMap::new();
-        for z in least.z..=most.z {
-            for y in least.y..=most.y {
-                for x in least.x..=most.x {
-                    let voxel = geometry::VoxelKey { x, y, z };
-                    let to = BlockKey::of(voxel);
-                    if !within.contains(to) {
-                        continue;
-                    }
-                    let place_m = Point3::new(f64::from(x), f64::from(y), f64::from(z)) * edge_m;
-                    if let Some(node) = around.at(&place_m) {
-                        let weight: &mut u32 = weights.entry(to).or_insert_with(|| {
-                            self.begin_joining(to);
-                            0
-                        });
-                        // The cast saturates.
-                        *weight = weight.saturating_add(node.weight.round() as u32);
-                        self.join_node(to, voxel_index(voxel), &node, seen);
+        let blocks = BlockBox { least: block_of(least), most: block_of(most) };
+        let mut nodes = Vec::with_capacity(BLOCK_VOXELS);
+        for key in blocks.intersection(&within).keys() {
+            nodes.clear();
+            let [along_x, along_y, along_z] = [0, 1, 2].map(|axis| {
+                let first = key.coordinates()[axis].saturating_mul(EDGE);
+                first.max(least[axis])..=first.saturating_add(EDGE - 1).min(most[axis])
+            });
+            for z in along_z {
+                for y in along_y.clone() {
+                    for x in along_x.clone() {
+                        let place_m = Point3::new(f64::from(x), f64::from(y), f64::from(z));
+                        let node = around.at(&(place_m * edge_m));
+                        let index = voxel_index(VoxelKey { x, y, z });
+                        nodes.extend(node.map(|node| (index, node)));
                     }
                 }
             }
-        }
-        for (to, weight) in weights {
-            self.take_moment(to, seen, weight);
+            self.join(key, seen, &nodes);
         }
     }
 
-    /// A block that came back from a store meanwhile does not know what its moment weighs.
-    fn begin_joining(&mut self, key: BlockKey) {
-        if let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut)
-            && block.moment_weight == 0
-        {
-            block.moment_weight = block.weight();
-        }
-    }
-
-    fn take_moment(&mut self, key: BlockKey, seen: &Seen, weight: u32) {
-        if let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) {
-            block.take_moment(seen.first_seen, weight);
-        }
-    }
-
-    fn join_node(&mut self, key: BlockKey, index: usize, node: &Node, seen: &Seen) {
-        let weight = node.weight.round();
-        if weight < 1.0 {
+    /// Joins nodes of another block, by their index, to those of a block.
+    fn join(&mut self, key: BlockKey, seen: &Seen, nodes: &[(usize, Node)]) {
+        let is_known = |node: &Node| node.weight.round() >= 1.0;
+        if !nodes.iter().any(|(_, node)| is_known(node)) {
             return;
         }
         if self.layer.get(key).is_none() {
             if self.layer.len() >= self.config.max_blocks {
                 return;
             }
-            let Seen { first_seen, last_seen, last_hit, hit_from_m, .. } = *seen;
-            let block = SurfaceBlock {
-                first_seen,
-                last_seen,
-                last_hit,
-                hit_from_m,
-                ..SurfaceBlock::default()
-            };
-            self.layer.insert(key, Some(Box::new(block)));
+            self.layer.insert(key, Some(Box::new(seen.block())));
         }
         let Some(block) = self.layer.get_mut(key).and_then(Option::as_mut) else { return };
+        if block.moment_weight == 0 {
+            // It came back from a store meanwhile, and does not know what its moment weighs.
+            block.moment_weight = block.weight();
+        }
         block.evidence = block.evidence.max(seen.evidence);
         // Of several blocks in whatever order.
         block.last_seen = block.last_seen.max(seen.last_seen);
         if seen.last_hit > block.last_hit {
             (block.last_hit, block.hit_from_m) = (seen.last_hit, seen.hit_from_m);
         }
-        let known = f64::from(block.weight[index]);
+        let mut weight = 0_u32;
+        for (index, node) in nodes.iter().filter(|(_, node)| is_known(node)) {
+            block.join_node(*index, node);
+            // The cast saturates.
+            weight = weight.saturating_add(node.weight.round() as u32);
+        }
+        block.take_moment(seen.first_seen, weight);
+    }
+}
+
+impl SurfaceBlock {
+    /// Joins what another block says of a node.
+    fn join_node(&mut self, index: usize, node: &Node) {
+        let (known, weight) = (f64::from(self.weight[index]), node.weight.round());
         let mean =
-            (f64::from(block.distance[index]) * known + node.distance * weight) / (known + weight);
-        block.distance[index] = mean.round() as i16;
-        block.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
+            (f64::from(self.distance[index]) * known + node.distance * weight) / (known + weight);
+        self.distance[index] = mean.round() as i16;
+        self.weight[index] = (known + weight).min(MOST_WEIGHT) as u16;
         if node.colour != NO_COLOUR {
-            let colour = block.colour.get_or_insert_with(|| Box::new([NO_COLOUR; BLOCK_VOXELS]));
+            let colour = self.colour.get_or_insert_with(|| Box::new([NO_COLOUR; BLOCK_VOXELS]));
             if weight > known || colour[index] == NO_COLOUR {
                 colour[index] = node.colour;
             }
         }
     }
+}
+
+fn block_of(node: Vector3<i32>) -> BlockKey {
+    BlockKey::of(VoxelKey { x: node.x, y: node.y, z: node.z })
 }
