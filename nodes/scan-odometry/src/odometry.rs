@@ -184,9 +184,12 @@ impl ScanOdometry {
         let mut matched = matched;
         if velocity.twist().parts_m(&still, first.half_s, first.lever_m()) > SKEW_M {
             let begun = Track { velocity, now: Moment::default(), ..track.clone() };
+            let before = self.map.clone();
             self.begin_map(first, &begun);
-            if let Ok(again) = self.matched(turn, prediction) {
-                matched = again;
+            match self.matched(turn, prediction) {
+                Ok(again) => matched = again,
+                // What was matched is of the map of before.
+                Err(_) => self.map = before,
             }
         }
         // The map is as good as the one scan that it holds.
@@ -220,6 +223,7 @@ impl ScanOdometry {
                 track.anchor = Anchor::new(track.now.scan, pose, covariance);
                 track.covariance = Matrix3::zeros();
                 track.unmatched_s = 0.0;
+                track.first = None;
                 self.begin_map(turn, track);
             }
         }

@@ -76,6 +76,21 @@ fn after_a_second_of_blindness_it_stands_until_it_sees_something_new() {
     assert_within("in the other room", shift_and_turn(&truth.inv_mul(&moved)), (0.03, 0.5));
 }
 
+/// Regression: when the map began anew, the first scan of all was kept. The scan after next was then matched against a map of that,
+/// in vain, and its lines were looked for in it: an index out of bounds.
+#[test]
+fn what_the_first_scan_alone_showed_is_no_part_of_a_map_that_begins_anew() {
+    let mut run = Run::new();
+    let crate_around = World::default().with_box([-0.6, -1.6], [0.62, -0.4]);
+    run.step(&crate_around, 0);
+    let room = World::furnished();
+    let outcomes: Vec<_> = (1..30).map(|scan| run.step(&room, scan).quality.outcome).collect();
+    assert!(outcomes.iter().any(|outcome| matches!(outcome, MatchOutcome::BegunAnew(_))));
+    assert_eq!(outcomes.last(), Some(&MatchOutcome::Matched));
+    let lines = run.odometry.map.lines().len();
+    assert!(lines > 20, "{lines} lines");
+}
+
 #[test]
 fn a_knock_is_found_by_search() {
     let (scanner, room) = (Scanner::default(), World::furnished());
