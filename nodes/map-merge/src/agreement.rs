@@ -77,8 +77,9 @@ impl<'a> Compared<'a> {
             if self.nearby.has(&place_m.cast(), Some(&normal.cast())) {
                 same += usize::from(is_upright);
                 level += usize::from(!is_upright);
-            } else if is_upright && self.plan.is_free(&place_m)
-                || self.seen.is_free(&place_m, &facing(&normal), other.edge_m)
+            } else if is_upright
+                && (self.plan.is_free(&place_m)
+                    || self.seen.is_free(&place_m, &facing(&normal), other.edge_m))
             {
                 against += 1;
             }

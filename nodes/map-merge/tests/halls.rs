@@ -128,3 +128,24 @@ fn a_part_with_an_end_is_placed_and_a_wider_hall_refused() {
     assert!(matches!(error, MergeError::NoAgreement { .. }), "{error}");
     assert!(error.to_string().contains("contradict"), "{error}");
 }
+
+/// Regression: level surfaces that had gone counted as contradicting, though none counts as agreeing: a canteen whose tables were moved
+/// over night was refused.
+#[test]
+fn tables_that_were_moved_are_no_contradiction() {
+    let with_tables_at = |first_m: f64| {
+        let mut map = HALL.map();
+        for (x, y) in (0..6).flat_map(|x| (0..3).map(move |y| (f64::from(x), f64::from(y)))) {
+            let corner_m = [first_m + 1.9 * x, 1.9 + 1.6 * y, 0.75];
+            add_face(&mut map.points, corner_m, [[1.0, 0.0, 0.0], [0.0, 0.9, 0.0]]);
+        }
+        map
+    };
+    let Merge { alignment, changes, .. } =
+        merged(&with_tables_at(3.4), &with_tables_at(4.35)).unwrap();
+    let middle_m = Point3::new(5.0, 3.0, 1.0);
+    assert!((alignment.a_from_b * middle_m - middle_m).norm() < 0.03, "{}", alignment.a_from_b);
+    let agreement = alignment.agreement;
+    assert!(agreement.contradicting_m2 < 0.01 * agreement.same_m2, "{agreement:?}");
+    assert!(changes.gone.len() > 5, "{} groups", changes.gone.len());
+}
