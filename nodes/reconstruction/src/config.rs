@@ -6,7 +6,7 @@ use volume::{
     SurfaceConfigError, ViewError,
 };
 
-use crate::grid::GridConfig;
+use crate::grid::{GridConfig, GridSource};
 use crate::tiles::TileFrame;
 
 geometry::choices! {
@@ -93,6 +93,23 @@ pub enum ConfigError {
 impl ReconstructionConfig {
     /// So long a tile may be, in voxels: a larger one would hold a billion.
     pub const MOST_TILE_EDGE_VOXELS: u16 = 1000;
+
+    /// Checks whether a map can be made by the parameters: each in its range, and all of what the map of the method has.
+    ///
+    /// # Errors
+    /// When it cannot.
+    pub fn check_map(&self) -> Result<(), ConfigError> {
+        self.validate()?;
+        if self.surface().is_none() {
+            if self.at_max_voxels != AtMaxVoxels::Refuse {
+                return Err(ConfigError::MeansAreRefused);
+            }
+            if self.grid.grid == GridSource::Scan {
+                return Err(ConfigError::GridOfScans);
+            }
+        }
+        Ok(())
+    }
 
     fn check_tiles(&self) -> Result<(), ParameterError> {
         let Some(edge_m) = self.pipeline.depth_map_edge_m() else { return Ok(()) };

@@ -58,11 +58,8 @@ impl Map {
         config: ReconstructionConfig,
         store: Option<Box<dyn TileStore>>,
     ) -> Result<Self, ConfigError> {
-        config.validate()?;
+        config.check_map()?;
         let Some(surface) = config.surface() else {
-            if config.grid.grid == GridSource::Scan {
-                return Err(ConfigError::GridOfScans);
-            }
             return Ok(StaticMap::new(config)?.into());
         };
         let grid = GridObservations::new(&config.grid, config.map_reach_m)?;

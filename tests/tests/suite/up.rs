@@ -293,6 +293,18 @@ fn mistakes_are_named_before_a_node_starts() {
             "the folder of /nowhere/map.ply does not exist",
         ),
         (vec!["up", "--ros-args", "-p", "use_sim_time:=maybe"], "use_sim_time"),
+        (
+            vec!["node", "reconstruction", "--ros-args", "-p", "at_max_voxels:=spill"],
+            "spill_folder is empty",
+        ),
+        (
+            vec!["up", "--ros-args", "-p", "method:=rec_hv", "-p", "grid:=scan"],
+            "grid must be none or height_band",
+        ),
+        (
+            vec!["up", "--ros-args", "-p", "method:=rec_hv", "-p", "at_max_voxels:=drop_oldest"],
+            "at_max_voxels must be refuse",
+        ),
         (vec!["node", "detection", "--ros-args", "-p", "aperture_rad:=99.0"], "at most 2 pi"),
     ] {
         let output = stillmap(&arguments);

@@ -40,6 +40,7 @@ impl Settings {
     /// When a parameter is out of its range.
     pub(super) fn of(parameters: &ReconstructionParameters) -> Result<Self, NodeFailure> {
         parameters.validate()?;
+        super::spilling::check(parameters)?;
         let grid_file = GridFile::new("grid_file", &parameters.grid_file)?;
         let has_grid = parameters.config.grid.grid != GridSource::None;
         let mesh_file = MeshFile::new("mesh_file", &parameters.mesh_file)?;

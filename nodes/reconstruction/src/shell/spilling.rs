@@ -21,7 +21,7 @@ const CONDITION: &str = "spilled tiles";
 /// # Errors
 /// When a parameter is out of its range, or the folder of the tiles cannot be had.
 pub fn empty_map(parameters: &ReconstructionParameters) -> Result<Map, NodeFailure> {
-    parameters.config.validate()?;
+    check(parameters)?;
     let store = match parameters.config.at_max_voxels {
         AtMaxVoxels::Spill => {
             Some(Box::new(store_in(&parameters.spill_folder)?) as Box<dyn TileStore>)
@@ -31,13 +31,19 @@ pub fn empty_map(parameters: &ReconstructionParameters) -> Result<Map, NodeFailu
     Ok(Map::new(parameters.config.clone(), store)?)
 }
 
-/// The store of this run below the value of `spill_folder`.
-fn store_in(spill_folder: &str) -> Result<SpillFolder, NodeFailure> {
-    if spill_folder.is_empty() {
+/// Whether a map can be made by the parameters, and its tiles have a folder.
+pub(super) fn check(parameters: &ReconstructionParameters) -> Result<(), NodeFailure> {
+    parameters.config.check_map()?;
+    if parameters.config.at_max_voxels == AtMaxVoxels::Spill && parameters.spill_folder.is_empty() {
         return Err("parameter spill_folder is empty: with at_max_voxels spill it must name a folder, which is \
                     made if it is not there"
             .into());
     }
+    Ok(())
+}
+
+/// The store of this run below the value of `spill_folder`.
+fn store_in(spill_folder: &str) -> Result<SpillFolder, NodeFailure> {
     SpillFolder::below(Path::new(spill_folder))
         .map_err(|error| format!("parameter spill_folder: {error}").into())
 }

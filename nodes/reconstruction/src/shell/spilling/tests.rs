@@ -74,7 +74,10 @@ fn a_folder_that_cannot_be_is_told_at_the_start() {
     let file = parent.path().join("file");
     fs::write(&file, "").unwrap();
     for (path, part) in [("", "is empty"), (file.to_str().unwrap(), "file")] {
-        let error = store_in(path).err().unwrap().to_string();
+        let config = small(5000);
+        let spill_folder = path.to_owned();
+        let parameters = ReconstructionParameters { config, spill_folder, ..Default::default() };
+        let error = empty_map(&parameters).err().unwrap().to_string();
         assert!(error.contains("spill_folder") && error.contains(part), "{error}");
     }
 }
