@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
 
 use crate::distance::{DistanceError, MapBox};
-use crate::grid::{GridError, GridObservations, GridSource};
+use crate::grid::{GridError, GridObservations};
 use crate::mesh::MeshError;
 use crate::surface_map::SurfaceMap;
 use crate::tiles::{SpillCounts, TileError, TileStore};

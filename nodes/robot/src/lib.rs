@@ -40,8 +40,8 @@ pub mod visual;
 
 use std::process::ExitCode;
 
-use bag_player::shell::PlayOptions;
 use bag_player::shell::record::{self, RecordOptions};
+use bag_player::shell::{EXAMPLES, PlayOptions};
 use clap::Subcommand;
 use node_shell::{NodeFailure, RosArguments};
 
@@ -68,6 +68,7 @@ pub enum Command {
     /// Two saved maps of one place as one, and what changed between them
     Merge(merge::MergeArgs),
     /// Play a bag onto DDS
+    #[command(after_help = EXAMPLES.replace("bag-player", "stillmap play"))]
     Play(PlayOptions),
     /// Record the live graph into a bag
     #[command(after_help = record::EXAMPLES)]

@@ -89,7 +89,7 @@ struct Figures {
     /// Cycles that were dropped, by whichever stage.
     dropped: u64,
     objects: u64,
-    map_points: u64,
+    map_voxels: u64,
     /// What the nodes lack or warn of.
     troubles: Vec<String>,
 }
@@ -107,7 +107,7 @@ impl Figures {
                     // Of the last stage in the end.
                     "cycles" => figures.cycles = count(),
                     "tracks" => figures.objects = count(),
-                    "voxels" => figures.map_points = count(),
+                    "voxels" => figures.map_voxels = count(),
                     key if is_dropped_cycle(key) => figures.dropped += count(),
                     // Others hear the same for what they filter of it.
                     key if *name == HEARS => {
@@ -146,17 +146,17 @@ fn rate_of(
     Some((what, value.parse().ok()?))
 }
 
-/// `scan 7.0 Hz, depth 30.0 Hz, pose 50.0 Hz, 412 cycles, 3 dropped, 1 object, 271034 points in the map`
+/// `scan 7.0 Hz, depth 30.0 Hz, pose 50.0 Hz, 412 cycles, 3 dropped, 1 object, 271034 voxels in the map`
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (what, rate_hz) in &self.heard {
             write!(f, "{what} {rate_hz:.1} Hz, ")?;
         }
-        let Self { cycles, dropped, objects, map_points, .. } = self;
+        let Self { cycles, dropped, objects, map_voxels, .. } = self;
         let plural = |count: u64| if count == 1 { "" } else { "s" };
         write!(f, "{cycles} cycle{}, {dropped} dropped, ", plural(*cycles))?;
         write!(f, "{objects} object{}, ", plural(*objects))?;
-        write!(f, "{map_points} points in the map")?;
+        write!(f, "{map_voxels} voxels in the map")?;
         self.troubles.iter().try_for_each(|trouble| write!(f, " | {trouble}"))
     }
 }
@@ -223,7 +223,7 @@ mod tests {
         let line = Figures::of(&reports, &heard).to_string();
         assert_eq!(
             line,
-            "scan 7.0 Hz, depth 30.0 Hz, pose 0.0 Hz, 41 cycles, 10 dropped, 1 object, 2710 points in the map \
+            "scan 7.0 Hz, depth 30.0 Hz, pose 0.0 Hz, 41 cycles, 10 dropped, 1 object, 2710 voxels in the map \
              | detection: waiting for /robot/pose"
         );
     }
