@@ -107,6 +107,8 @@ impl Side<'_> {
 pub(crate) struct OneSided {
     /// Where the other is known to be free, or where it is not known at all where it looked.
     pub(crate) groups: Vec<Group>,
+    /// Its points where the other is known to be free that are too few to be a thing: noise of either map.
+    pub(crate) noise: Vec<usize>,
     /// Whether the other says where it looked.
     pub(crate) is_known: bool,
 }
@@ -146,11 +148,13 @@ pub(crate) fn one_sided(
     let mut groups = linked(&seeds, LINKED_EDGES * edge_m);
     groups.retain(|group| {
         let sure = group.iter().filter(|(index, _)| is_sure[*index]).count();
-        group.len() >= least && sure as f64 >= LEAST_SURE * group.len() as f64
+        sure as f64 >= LEAST_SURE * group.len() as f64
     });
+    let few = groups.extract_if(.., |group| group.len() < least);
+    let noise = few.flatten().map(|(index, _)| index).filter(|_| is_known).collect();
     grow(&mut groups, &rest, GROWN_EDGES * edge_m);
     let groups = groups.into_iter().map(group_of).collect();
-    Some(OneSided { groups, is_known })
+    Some(OneSided { groups, noise, is_known })
 }
 
 type Numbered = (usize, Point3<f32>);

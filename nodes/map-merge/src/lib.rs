@@ -87,8 +87,22 @@ pub fn merge(
     if is_over() {
         return Err(MergeError::Interrupted);
     }
-    let merged = merged::merged(a, b, a_from_b, &changes).ok_or(no_edge)?;
+    let gone = changes.gone.iter().flat_map(|group| &group.points);
+    let is_in_a = all_but(of_a.len(), gone.chain(&only_a.noise));
+    let is_in_b = all_but(of_b.len(), only_b.noise.iter());
+    let merged = merged::merged([&of_a, &of_b], [&is_in_a, &is_in_b]).ok_or(no_edge)?;
     Ok(Merge { alignment, changes, merged })
+}
+
+/// For each of a number of points, whether it is none of those.
+fn all_but<'a>(count: usize, those: impl Iterator<Item = &'a usize>) -> Vec<bool> {
+    let mut is_left = vec![true; count];
+    for index in those {
+        if let Some(is_left) = is_left.get_mut(*index) {
+            *is_left = false;
+        }
+    }
+    is_left
 }
 
 fn prepare(

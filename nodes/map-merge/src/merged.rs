@@ -3,32 +3,20 @@
 use std::collections::HashSet;
 
 use geometry::{BuildVoxelHasher, MapViews, NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
-use nalgebra::Isometry3;
 
-use crate::change::{Changes, Side, same_within_m};
+use crate::change::{Side, same_within_m};
 use crate::saved_map::SavedMap;
 
-/// The first map without what has gone, and what the second one has besides, one point a voxel of the first. In the first map's
+/// The first map, and what the second one has besides, one point a voxel of the first; of each what is to be in it. In the first map's
 /// frame, with the views of both. There are normals where both maps have them, and colours where one has.
 pub(crate) fn merged(
-    a: &SavedMap,
-    b: &SavedMap,
-    a_from_b: &Isometry3<f64>,
-    changes: &Changes,
+    [of_a, of_b]: [&Side<'_>; 2],
+    [is_in_a, is_in_b]: [&[bool]; 2],
 ) -> Option<SavedMap> {
-    let (of_a, of_b) = (
-        Side { map: a, a_from_own: Isometry3::identity() },
-        Side { map: b, a_from_own: *a_from_b },
-    );
-    let mut is_kept = vec![true; of_a.len()];
-    for index in changes.gone.iter().flat_map(|group| &group.points) {
-        if let Some(kept) = is_kept.get_mut(*index) {
-            *kept = false;
-        }
-    }
+    let (a, b) = (of_a.map, of_b.map);
     let edge_m = a.edge_m.max(b.edge_m);
     let is_sided = a.is_sided() && b.is_sided();
-    let nearby = of_a.nearby(same_within_m(edge_m), is_sided, |index| is_kept[index])?;
+    let nearby = of_a.nearby(same_within_m(edge_m), is_sided, |index| is_in_a[index])?;
     let grid = VoxelGrid::new(a.edge_m).ok()?;
     let has_normals = a.has_normals() && b.has_normals();
     let has_colours = [a, b].iter().any(|map| !map.points.colours.is_empty());
@@ -41,18 +29,18 @@ pub(crate) fn merged(
             points.colours.push(side.map.points.colours.get(index).copied().unwrap_or(NO_COLOUR));
         }
     };
-    (0..of_a.len()).filter(|index| is_kept[*index]).for_each(|index| add(&of_a, index));
+    (0..of_a.len()).filter(|index| is_in_a[*index]).for_each(|index| add(of_a, index));
     let mut taken: HashSet<VoxelKey, BuildVoxelHasher> = HashSet::default();
-    for index in 0..of_b.len() {
+    for index in (0..of_b.len()).filter(|index| is_in_b[*index]) {
         let Some((point_m, normal)) = of_b.placed(index) else { continue };
         if !nearby.has(&point_m, normal.as_ref()) && taken.insert(grid.key(&point_m)) {
-            add(&of_b, index);
+            add(of_b, index);
         }
     }
     let mut views: MapViews = a.views.iter().copied().collect();
     for view in &b.views {
         let mut view = *view;
-        view.map_from_camera = a_from_b * view.map_from_camera;
+        view.map_from_camera = of_b.a_from_own * view.map_from_camera;
         views.add(view);
     }
     Some(SavedMap { points, views: views.as_slice().to_vec(), edge_m: a.edge_m })
