@@ -50,6 +50,7 @@ pub(crate) fn run(args: &DemoArgs, interrupt: &Interrupt) -> Result<Outcome, Fai
     let bag = args.out.join("demo.mcap");
     refuse_to_replace([bag.clone()], args.how.overwrite, "--out")?;
     args.how.refuse_outputs(&args.out)?;
+    args.how.check()?;
     std::fs::create_dir_all(&args.out).map_err(|error| {
         Failure::new(format!("cannot make {}: {error}", args.out.display()))
             .fix("give a folder that can be written with --out")

@@ -125,6 +125,19 @@ impl HowArgs {
         output::refuse_results(out, self.overwrite)?;
         self.drawings.refuse(self.overwrite)
     }
+
+    /// Refuses parameters and options that no bag can be run with.
+    ///
+    /// # Errors
+    /// When a parameter file cannot be used, or an option does not go with them.
+    pub fn check(&self) -> Result<(), Failure> {
+        if !(self.rate.is_finite() && self.rate > 0.0) {
+            return Err(Failure::new(format!("--rate {} is not a positive number", self.rate))
+                .fix("1 plays as recorded, 0.5 half as fast"));
+        }
+        let parameters = PipelineParameters::load(&self.parameters)?;
+        mesh_output::check(self.mesh, parameters.pipeline())
+    }
 }
 
 /// How the stages of a run are connected.
@@ -216,7 +229,7 @@ fn run_sequence(
 ) -> Result<Outcome, Failure> {
     // What can be refused is refused before the import.
     args.how.refuse_outputs(&args.out)?;
-    PipelineParameters::load(&args.how.parameters)?;
+    args.how.check()?;
     let folder = folder_for_bag()?;
     let bag = folder.path().join(format!("{}.mcap", bag_name(&args.bag)));
     console::note(
@@ -247,14 +260,10 @@ pub fn run_bag(
     interrupt: &Interrupt,
 ) -> Result<Outcome, Failure> {
     how.refuse_outputs(out)?;
+    how.check()?;
     let chosen = Chosen::of(bag_path, topics, (&how.parameters, how.no_colour), interrupt)?;
     let Chosen { bag, info, added_scans, inputs, parameters, notes } = chosen;
     notes.into_iter().for_each(console::note);
-    if !(how.rate.is_finite() && how.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is not a positive number", how.rate))
-            .fix("1 plays as recorded, 0.5 half as fast"));
-    }
-    mesh_output::check(how.mesh, parameters.pipeline())?;
     let yaml = parameters.to_yaml()?;
     let folder = OutputFolder::create(out, &yaml)?;
     let grid_file = parameters.wants_grid().then(|| folder.grid_file()).transpose()?;

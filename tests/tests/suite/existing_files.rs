@@ -125,7 +125,7 @@ fn with_overwrite_it_is_replaced() {
 }
 
 /// A command that cannot do its job, a part of what it says, and its exit code.
-const WRONG: [(&str, &str, i32); 21] = [
+const WRONG: [(&str, &str, i32); 22] = [
     ("run @none.mcap --out @out", "none.mcap", 1),
     ("run @words.txt --out @out", "words.txt", 1),
     ("run @small.mcap --params-file @bad.yaml --out @out", "window", 1),
@@ -138,6 +138,7 @@ const WRONG: [(&str, &str, i32); 21] = [
     ("simulate @words.txt -o @out.mcap", "words.txt", 1),
     ("simulate small -o @none/out.mcap", "none/out.mcap", 1),
     ("experiments --seeds 0 --out @out", "--seeds", 2),
+    ("demo --map-edge 5 --out @out", "map_edge_m", 1),
     // Regressions: the one file was replaced by the other, the bag by its copy, and options without effect were taken in silence.
     ("merge @cloud.ply @cloud.ply -o @m.ply --changes @./m.ply", "cannot be both", 1),
     ("odometry @small.mcap --slam -o @x --save-map @./x", "cannot be both", 1),
