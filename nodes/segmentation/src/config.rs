@@ -40,7 +40,7 @@ geometry::parameters! {
         /// Largest height of an object above the floor, where nothing is known of the space around it.
         // A tall person with an arm raised.
         max_object_height_m: f64 = 2.2, between(LITTLE, MUCH);
-        /// This many newly occupied points in free space are an object even without a zone.
+        /// This many newly occupied points in free space, in an image and the one before, are an object even without a zone.
         // 0.13 m2 of surface at the thesis' edge: a head and shoulders.
         min_unzoned_points: usize = 20, whole(1, MUCH as i64);
         /// Standard deviation of an object's acceleration.

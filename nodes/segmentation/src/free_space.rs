@@ -20,7 +20,7 @@ use crate::earlier_cycles::{EarlierCycles, StaticPoint, StaticPoints, Voxels};
 use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::recent_views::RecentViews;
-use crate::seeds::{KnownOfPoints, seeds_of};
+use crate::seeds::{InFreeSpace, KnownOfPoints, seeds_of};
 use crate::segmenter::{Judged, SegmenterError};
 use crate::tracking::{CycleView, MIN_BIRTH_POINTS, MovingGroup, Tracker, TrackerOutput};
 use crate::view::View;
@@ -57,6 +57,7 @@ pub struct FreeSpaceSegmenter {
     floor: Option<Floor>,
     /// Where objects had points a cycle ago, in the map.
     last_object_voxels: Voxels,
+    in_free_space: InFreeSpace,
     last: Option<Stamp>,
     /// Whether the frame that does not jump was another than the map in the last cycle.
     was_apart: bool,
@@ -82,6 +83,7 @@ impl FreeSpaceSegmenter {
             earlier_cycles: EarlierCycles::default(),
             floor: None,
             last_object_voxels: Voxels::default(),
+            in_free_space: InFreeSpace::default(),
             last: None,
             was_apart: false,
             evidence_is_whole: true,
@@ -108,6 +110,9 @@ impl FreeSpaceSegmenter {
         // A scanner that is faster than the camera makes several cycles of one image, which is seen once all the same.
         let is_new_image = self.last != Some(stamp);
         self.begin(stamp, cycle);
+        if is_new_image {
+            self.in_free_space.begin_image();
+        }
         let points = &CyclePoints::of(cycle, &self.grid);
         self.view.widen(points);
         self.floor = self.floor_under(points);
@@ -131,7 +136,8 @@ impl FreeSpaceSegmenter {
             has_stopped: &has_stopped,
             continues_background: &continues_background,
         };
-        let seeds = seeds_of(&self.config, points, known_of_points, &candidates, &expected);
+        let before = &self.in_free_space;
+        let seeds = seeds_of(&self.config, points, known_of_points, &candidates, &expected, before);
         observe(Step::Angular);
 
         let mut groups = self.groups(points, &classes, &candidates, (&seeds, &moving_in_place));
@@ -170,6 +176,7 @@ impl FreeSpaceSegmenter {
             .filter(|&point| is_dynamic[point] && classes[point] == PointClass::SeenEmpty)
             .map(|point| points.voxels[point]);
         newly_occupied.for_each(|voxel| self.occupancy.take_for_free(voxel));
+        self.in_free_space.see(points, &classes);
         if is_new_image {
             self.record(points, &is_dynamic);
         }
@@ -255,6 +262,7 @@ impl FreeSpaceSegmenter {
             self.last_object_voxels.clear();
             self.recent_views.clear();
             self.earlier_cycles.clear();
+            self.in_free_space = InFreeSpace::default();
         }
         self.last = Some(stamp);
         self.occupancy.begin_cycle(stamp);

@@ -22,6 +22,8 @@ const ASIDE_M: f64 = 0.3;
 const SEEDS_WITHIN_EDGES: f64 = 1.0;
 /// ... and a part of it that stands in the unknown ends within these, or it is none: limbs swing.
 const PARTS_WITHIN_EDGES: f64 = 2.0;
+/// What is in free space moves by no more than this from one image to the next: 2 m/s at the 7 Hz of a scanner.
+const STEP_M: f64 = 0.3;
 /// With so many newly occupied points in a zone, the others are left to the growth.
 const MIN_NEWLY_OCCUPIED: usize = 3;
 
@@ -50,8 +52,39 @@ pub struct KnownOfPoints<'a> {
     pub continues_background: &'a dyn Fn(usize) -> bool,
 }
 
+/// Where something was in free space, beside no surface: points in the map.
+#[derive(Clone, Debug, Default)]
+pub struct InFreeSpace {
+    last_image: Vec<Point3<f64>>,
+    this_image: Vec<Point3<f64>>,
+}
+
+impl InFreeSpace {
+    /// An image begins: the one before is the last.
+    pub fn begin_image(&mut self) {
+        self.last_image = std::mem::take(&mut self.this_image);
+    }
+
+    /// Notes what this image shows.
+    pub fn see(&mut self, points: &CyclePoints<'_>, classes: &[PointClass]) {
+        let alone = classes.iter().zip(&points.in_map);
+        let alone = alone.filter(|(class, _)| **class == PointClass::InFreeSpace);
+        self.this_image = alone.map(|(_, in_map)| *in_map).collect();
+    }
+
+    /// How many points of the last image may have been of what a group of this one is of.
+    fn of_group(&self, group: &[Point3<f64>]) -> usize {
+        let Some(first) = group.first() else { return 0 };
+        let (least, most) = group
+            .iter()
+            .fold((*first, *first), |(least, most), place| (least.inf(place), most.sup(place)));
+        let (least, most) = (least - Vector3::repeat(STEP_M), most + Vector3::repeat(STEP_M));
+        self.last_image.iter().filter(|place| **place >= least && **place <= most).count()
+    }
+}
+
 /// The seeds of a cycle: by its zones, by the objects expected in it, and by the number of points that
-/// are connected in observed free space.
+/// are connected in observed free space, in this image and the last one.
 #[must_use]
 pub fn seeds_of(
     config: &FreeSpaceConfig,
@@ -59,6 +92,7 @@ pub fn seeds_of(
     known: KnownOfPoints<'_>,
     candidates: &Candidates<'_>,
     expected: &[Prediction],
+    in_free_space: &InFreeSpace,
 ) -> Seeds {
     let (cycle, classes) = (points.cycle, known.classes);
     let azimuths_rad = azimuths_rad(&cycle.reduced_cloud.points_m, &cycle.zones);
@@ -86,9 +120,11 @@ pub fn seeds_of(
         }
     }
     for group in groups_in_free_space(classes, candidates) {
-        let alone =
-            group.iter().filter(|&&point| classes[point] == PointClass::InFreeSpace).count();
-        if alone >= config.min_unzoned_points {
+        let alone = group.iter().filter(|&&point| classes[point] == PointClass::InFreeSpace);
+        let alone: Vec<Point3<f64>> = alone.map(|&point| points.in_map[point]).collect();
+        let is_noise = alone.len() < MIN_BIRTH_POINTS;
+        let before = if is_noise { 0 } else { in_free_space.of_group(&alone) };
+        if alone.len() + before >= config.min_unzoned_points {
             group.iter().for_each(|&point| is_seed[point] = true);
         }
     }
