@@ -75,7 +75,8 @@ impl Program {
             Ok(()) => ExitCode::SUCCESS,
             Err(Ended { error, code }) => {
                 // The process ends here; when even stderr is gone there is nowhere left to report.
-                let _ = writeln!(std::io::stderr(), "{}: {error}", self.name);
+                let said = crate::process::log::as_error(&format!("{}: {error}", self.name));
+                let _ = writeln!(std::io::stderr(), "{said}");
                 code
             }
         }

@@ -18,7 +18,8 @@ pub fn print(line: impl Display) -> Result<(), Failure> {
 /// Prints a failure on stderr.
 pub fn print_failure(failure: &Failure) {
     // A failure to write to stderr cannot be reported.
-    let _ = writeln!(std::io::stderr(), "stillmap: {failure}");
+    let said = node_shell::log::as_error(&format!("stillmap: {failure}"));
+    let _ = writeln!(std::io::stderr(), "{said}");
 }
 
 /// Prints a note on stderr.

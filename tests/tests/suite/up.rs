@@ -265,6 +265,32 @@ fn what_another_start_cannot_mend_has_an_exit_code_of_its_own() {
     }
 }
 
+/// Regression: in the journal the reason why a service had ended was a line like any other, and `journalctl -p warning` left it out.
+#[test]
+fn why_a_service_ended_is_an_error_in_the_journal() {
+    use std::os::unix::fs::MetadataExt;
+    let folder = tempfile::tempdir().unwrap();
+    for command in [["up"].as_slice(), &["node", "detection"]] {
+        let path = folder.path().join("stderr");
+        let stderr = std::fs::File::create(&path).unwrap();
+        let about = stderr.metadata().unwrap();
+        let status = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
+            .args(command)
+            .args(["--ros-args", "-p", "bogus:=1"])
+            .env("JOURNAL_STREAM", format!("{}:{}", about.dev(), about.ino()))
+            .stderr(stderr)
+            .status()
+            .unwrap();
+        let said = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(status.code(), Some(2), "{said}");
+        assert!(said.lines().all(|line| line.starts_with('<')), "{said}");
+        assert!(
+            said.lines().any(|line| line.starts_with("<3>") && line.contains("bogus")),
+            "{said}"
+        );
+    }
+}
+
 #[test]
 fn mistakes_are_named_before_a_node_starts() {
     for (arguments, named) in [

@@ -139,6 +139,16 @@ pub fn start(logger: &str, directives: &[LogDirective], outputs: &LogOutputs) {
     }
 }
 
+/// A text for stderr that says why the process ends: in the journal of systemd an error, as a line of the log.
+#[must_use]
+pub fn as_error(text: &str) -> String {
+    if !outputs::go_to_journal(LogLines::Stderr) {
+        return text.to_owned();
+    }
+    let lines: Vec<String> = text.lines().map(|line| format!("<3>{line}")).collect();
+    lines.join("\n")
+}
+
 /// The filter of code, by its paths; that of nodes, by their loggers, is behind it.
 fn filter_text(loggers: &Loggers) -> String {
     let mut filter = format!("{},{QUIET_LIBRARIES}", loggers.least().filter());
