@@ -9,6 +9,7 @@
 
 mod arrivals;
 mod config;
+mod hidden;
 mod line;
 mod numbers;
 mod place;
@@ -21,6 +22,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 pub use config::LocalMapConfig;
 use estimation::perturbation::parts;
+pub use hidden::Hidden;
 pub use line::{LineEnd, LineLandmark};
 pub use numbers::LandmarkNumbers;
 pub(crate) use place::image_slopes;

@@ -126,6 +126,16 @@ impl LeftOut {
         lines.for_each(|index| mark(&mut self.lines, index));
     }
 
+    /// Leaves out what the other does, too.
+    pub fn extend(&mut self, other: &Self) {
+        let marked = |list: &[bool]| {
+            let marked = list.iter().enumerate().filter(|(_, is_left_out)| **is_left_out);
+            marked.map(|(index, _)| index).collect::<Vec<_>>()
+        };
+        let (corners, lines) = (marked(&other.corners), marked(&other.lines));
+        self.add(corners.into_iter(), lines.into_iter());
+    }
+
     /// Whether a corner is left out.
     #[must_use]
     pub fn has_corner(&self, index: usize) -> bool {

@@ -43,6 +43,9 @@ geometry::parameters! {
         // Before they are located all have an error of the same sign, as far as a scene is farther or nearer than assumed, in one
         // frame after the other: a thousand of them would say so with the voice of a thousand.
         unlocated_error_factor: f64 = 100.0, positive;
+        /// What is nearer than this share of a landmark's distance hides it, and is not it.
+        // What covers most of an image is much nearer than the room; within the rest are the map's drift and slanted surfaces.
+        hiding_share: f64 = 0.8, share;
         /// A landmark is dropped when it was seen in a smaller share of the frames that should have seen it.
         // PL-SLAM section 2.3 (ORB-SLAM): found in more than a quarter of the frames that should see it.
         min_seen_share: f64 = 0.25, share;
@@ -67,6 +70,11 @@ impl LocalMapConfig {
             mean: self.unmeasured_inverse_depth,
             std_dev: self.unmeasured_inverse_depth_std_dev,
         }
+    }
+
+    /// Whether what has one depth hides what has the other.
+    pub(super) fn hides(&self, nearer_m: f64, farther_m: f64) -> bool {
+        nearer_m < self.hiding_share * farther_m
     }
 
     /// A corner is as sure as the pixels of its level.

@@ -99,6 +99,25 @@ impl LineLandmark {
         (inside >= 2).then_some(ProjectedLine { start_px, end_px, descriptor: self.descriptor })
     }
 
+    /// Whether a segment that lies there may be it: neither hides the other.
+    pub(super) fn may_lie_at(
+        &self,
+        in_space: Option<&SegmentInSpace>,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> bool {
+        let is_located = [&self.start, &self.end].iter().all(|end| end.place.is_located(config));
+        let Some(seen) = in_space.filter(|_| is_located) else { return true };
+        let depth_m = (view.camera_from_map * self.middle_m()).z;
+        let seen_m = nalgebra::center(&seen.start_m, &seen.end_m).z;
+        !config.hides(seen_m, depth_m) && !config.hides(depth_m, seen_m)
+    }
+
+    /// The place between its ends.
+    pub(super) fn middle_m(&self) -> Point3<f64> {
+        nalgebra::center(&self.start.position_m, &self.end.position_m)
+    }
+
     /// The observation of the pose by a segment, were it this landmark and its place known.
     pub(super) fn observation_if_known(
         &self,

@@ -111,6 +111,18 @@ impl PointLandmark {
         })
     }
 
+    /// Whether what has this depth may be it: neither hides the other.
+    pub(super) fn may_lie_at(
+        &self,
+        depth: Option<&MeasuredDepth>,
+        view: &View<'_>,
+        config: &LocalMapConfig,
+    ) -> bool {
+        let Some(depth) = depth.filter(|_| self.is_located(config)) else { return true };
+        let depth_m = (view.camera_from_map * self.position_m).z;
+        !config.hides(depth.depth_m, depth_m) && !config.hides(depth_m, depth.depth_m)
+    }
+
     /// The observation of the pose by a corner, were it this landmark and its place known.
     pub(super) fn observation_if_known(
         &self,
@@ -199,6 +211,11 @@ impl PointLandmark {
     #[must_use]
     pub fn readout_derivative_m_per_s(&self) -> Vector3<f64> {
         self.place.readout_derivative_m_per_s()
+    }
+
+    /// From where it was last seen, in the map frame.
+    pub(super) fn seen_from_m(&self) -> Point3<f64> {
+        self.position_m + self.distance_m * self.towards_camera
     }
 
     /// Whether its depth is known, and not only its ray.

@@ -30,7 +30,10 @@ impl LocalMap {
         let pairs = match_guided(&corners, &CornerGrid::new(&view.frame.corners), &guided);
         let pairs = pairs.iter().filter_map(|pair| {
             let landmark = *predicted.get(pair.sought)?;
-            Some(Association { landmark, feature: pair.found })
+            let point = self.points.get(landmark)?;
+            let depth = view.frame.corner_depths.get(pair.found)?;
+            let is_it = point.may_lie_at(depth.as_ref(), view, &self.config);
+            is_it.then_some(Association { landmark, feature: pair.found })
         });
         let pairs = pairs.collect();
         (predicted, pairs)
@@ -49,7 +52,10 @@ impl LocalMap {
         let pairs = match_projected_lines(&projected, &view.frame.lines, &bins, &matching);
         let pairs = pairs.iter().filter_map(|pair| {
             let landmark = *predicted.get(pair.from)?;
-            Some(Association { landmark, feature: pair.to })
+            let line = self.lines.get(landmark)?;
+            let in_space = view.frame.lines_in_space.get(pair.to)?;
+            let is_it = line.may_lie_at(in_space.as_ref(), view, &self.config);
+            is_it.then_some(Association { landmark, feature: pair.to })
         });
         let pairs = pairs.collect();
         (predicted, pairs)

@@ -5,21 +5,30 @@ use std::collections::BTreeSet;
 use nalgebra::Matrix6;
 
 use super::{
-    Associations, LandmarkNumbers, LineLandmark, LocalMap, PointLandmark, Verdicts, View,
+    Associations, Hidden, LandmarkNumbers, LineLandmark, LocalMap, PointLandmark, Verdicts, View,
     seen_line, seen_point,
 };
 use crate::frame::LeftOut;
 use crate::solve::{RefineConfig, Verdict, information_at};
 
 impl LocalMap {
-    /// Takes in what a frame at a known pose says of the landmarks that it shows, or should.
-    pub fn learn(&mut self, view: &View<'_>, associations: &Associations, verdicts: Verdicts<'_>) {
-        for index in &associations.predicted_points {
+    /// Takes in what a frame at a known pose says of the landmarks that it shows, or should; of those that are hidden it says
+    /// nothing.
+    pub fn learn(
+        &mut self,
+        view: &View<'_>,
+        associations: &Associations,
+        verdicts: Verdicts<'_>,
+        hidden: &Hidden,
+    ) {
+        let points = &associations.predicted_points;
+        for index in points.iter().filter(|index| !hidden.points.contains(index)) {
             if let Some(point) = self.points.get_mut(*index) {
                 point.expected += 1;
             }
         }
-        for index in &associations.predicted_lines {
+        let lines = &associations.predicted_lines;
+        for index in lines.iter().filter(|index| !hidden.lines.contains(index)) {
             if let Some(line) = self.lines.get_mut(*index) {
                 line.expected += 1;
             }

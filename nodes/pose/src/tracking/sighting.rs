@@ -51,9 +51,12 @@ impl Tracker {
         let frame = self.at_middle_row(seen, camera, &refined);
         let second = self.attempt(&frame, camera, &refined, narrow_px, &otherwise)?;
         let inliers = second.pose.point_inliers() + ENDS * second.pose.line_inliers();
-        let is_enough = inliers >= least_inliers
-            && (otherwise != LeftOut::default()
-                || share(&second) >= self.config.follow.least_inlier_share);
+        let follow = &self.config.follow;
+        // Against the prediction it takes as much as without one.
+        let is_surprise = is_surprising(guess, &second.pose, &self.config.sets);
+        let needed = if is_surprise { follow.least_relocalised } else { 0 };
+        let is_enough = inliers >= least_inliers.max(needed)
+            && (otherwise != LeftOut::default() || share(&second) >= follow.least_inlier_share);
         is_enough.then_some(Sighting {
             pose: second.pose,
             associations: second.associations,

@@ -252,7 +252,7 @@ impl Tracker {
         left_out: &LeftOut,
         sighting: Sighting,
     ) -> Tracked {
-        let Sighting { frame: seen, pose, associations, points, otherwise } = sighting;
+        let Sighting { frame: seen, pose, associations, points, mut otherwise } = sighting;
         let camera_from_map = pose.camera_from_map;
         let known = KnownPose { stamp: frame.stamp, camera_from_map, covariance: pose.covariance };
         let (mut readout_derivative, mut longer_s) = (ReadoutDerivative::default(), 0.0);
@@ -277,7 +277,9 @@ impl Tracker {
         let frame_covariance = self.frame_covariance(&view, &pose, &associations);
         let covariance = self.map.covariance_at(&view, &associations, verdicts) + frame_covariance;
         let mut numbers = self.map.numbers(&seen, &associations, verdicts);
-        self.map.learn(&view, &associations, verdicts);
+        let hidden = self.map.hidden(&view, &associations, verdicts);
+        self.map.learn(&view, &associations, verdicts, &hidden);
+        otherwise.extend(&hidden.newcomers);
         let measured = seen.measured_corners() + seen.measured_lines();
         let known_inliers = associations.measured_inliers(&seen, verdicts);
         if (known_inliers as f64) < self.config.follow.known_share * measured as f64 {
