@@ -1,5 +1,6 @@
 //! The pose node in this process: it gets the messages of a bag, and its poses are collected.
 
+mod lost;
 mod recording_end;
 mod topics;
 mod trajectory_file;
@@ -18,6 +19,7 @@ use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, NodeFailure, PublishError, Publisher, Qos};
 use pose::shell::{ImageInput, PoseParameters, Stage};
 
+pub(crate) use self::lost::LostSpan;
 use self::recording_end::RecordingEnd;
 pub(crate) use self::without_pose::WithoutPose;
 use crate::pose_listener::PoseListener;

@@ -1,8 +1,11 @@
 //! The result of `stillmap odometry` of a camera.
 
 use std::collections::BTreeMap;
+use std::fmt;
 use std::path::Path;
 
+use geometry::Stamp;
+use msgs::convert::stamp_from_time;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::stillmap_msgs::StageReport;
 use report::DurationStatistics;
@@ -11,7 +14,7 @@ use serde::Serialize;
 use crate::console;
 use crate::failure::Failure;
 use crate::pose_listener::path_m;
-use crate::visual::VisualOdometry;
+use crate::visual::{LostSpan, VisualOdometry};
 
 /// The cause of pairs whose camera was followed, but not yet found in the loaded map.
 const NOT_IN_THE_MAP: &str = "not found in the map";
@@ -26,12 +29,57 @@ pub(super) struct OdometrySummary {
     without_a_pose: BTreeMap<String, u64>,
     /// Why, of the first of each cause.
     reasons: BTreeMap<String, String>,
+    /// When the camera was lost for longer than a moment.
+    lost: Vec<Lost>,
     inliers_median: u64,
     milliseconds_median: f64,
     milliseconds_p99: f64,
     /// The size and the path of the saved map.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) map: Option<String>,
+}
+
+/// A part of the recording in which the camera was lost; times are since its first pose.
+#[derive(Serialize, Debug)]
+struct Lost {
+    from_s: f64,
+    /// `None` where it is not found again.
+    to_s: Option<f64>,
+    /// Where it is found again.
+    found_at_m: Option<[f64; 3]>,
+    reason: String,
+}
+
+impl Lost {
+    fn of(span: &LostSpan, poses: &[PoseStamped]) -> Self {
+        let at = |found: Stamp| {
+            let after = poses.iter().find(|pose| stamp_from_time(pose.header.stamp) >= found)?;
+            let msgs::geometry_msgs::Point { x, y, z } = after.pose.position;
+            Some([x, y, z])
+        };
+        Self {
+            from_s: span.from_s,
+            to_s: span.to.map(|(to_s, _)| to_s),
+            found_at_m: span.to.and_then(|(_, found)| at(found)),
+            reason: span.reason.clone(),
+        }
+    }
+}
+
+impl fmt::Display for Lost {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { from_s, to_s, found_at_m, reason } = self;
+        match to_s {
+            Some(to_s) => write!(formatter, "lost from {from_s:.1} s to {to_s:.1} s: {reason}")?,
+            None => write!(formatter, "lost from {from_s:.1} s to the end: {reason}")?,
+        }
+        match found_at_m {
+            Some([x, y, z]) => {
+                write!(formatter, "; found again at ({x:.2}, {y:.2}, {z:.2}) m")
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 impl OdometrySummary {
@@ -58,6 +106,7 @@ impl OdometrySummary {
             path_m: path_m(poses),
             without_a_pose,
             reasons: without_pose.reasons().clone(),
+            lost: without_pose.lost().map(|span| Lost::of(span, poses)).collect(),
             inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
             milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
             milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
@@ -90,6 +139,7 @@ pub(super) fn print_summary(
         summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
     ))?;
     summary.causes().try_for_each(console::print)?;
+    summary.lost.iter().try_for_each(console::print)?;
     console::print(format_args!(
         "{:.1} ms a pair (median), {:.1} ms (99 of 100)",
         summary.milliseconds_median, summary.milliseconds_p99

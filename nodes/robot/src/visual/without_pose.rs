@@ -7,6 +7,8 @@ use msgs::convert::stamp_from_time;
 use msgs::stillmap_msgs::StageReport;
 use pose::shell::Stage;
 
+use super::lost::{LostSpan, LostSpans};
+
 /// Images without a partner are missing where there is no pair for longer than this: a camera that is twice as fast as the other one has
 /// many, and loses nothing. After as long without a pose a robot does not know where it is.
 const LONGEST_ALONE_S: f64 = 1.0;
@@ -22,6 +24,7 @@ pub(crate) struct WithoutPose {
     missing_partners: u64,
     /// Of images without a partner, by the reason: each camera has its own.
     alone: BTreeMap<String, Vec<Stamp>>,
+    lost: LostSpans,
 }
 
 /// A part of a recording without any pair.
@@ -54,6 +57,7 @@ impl WithoutPose {
             let is_of_a_pair = report.processed || alone == 0;
             if is_of_a_pair {
                 self.pairs += 1;
+                self.lost.note(report);
                 self.stretch_ends(Some(stamp));
             } else {
                 alone -= 1;
@@ -90,6 +94,11 @@ impl WithoutPose {
     pub(crate) fn missing(&self, poses: usize) -> u64 {
         let partners = self.missing_partners + self.missing_of_stretch(None);
         self.pairs.saturating_sub(poses) as u64 + partners
+    }
+
+    /// When the camera was lost, but for moments.
+    pub(crate) fn lost(&self) -> impl Iterator<Item = &LostSpan> {
+        self.lost.longer_than(LONGEST_ALONE_S)
     }
 
     /// How often there was no pose, and what could not be used, by cause.

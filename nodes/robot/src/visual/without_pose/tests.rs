@@ -49,6 +49,28 @@ fn pairs_without_a_pose_are_missing_and_the_first_reason_is_kept() {
     assert_eq!(node.without_pose.losses(), losses);
 }
 
+/// Regression: that a camera was lost for the rest of the recording was a count alone.
+#[test]
+fn it_is_told_when_a_camera_was_lost_and_when_it_was_found_again() {
+    let mut node = Node::default();
+    let is_lost = |at: u32| (40..60).contains(&at) || (70..75).contains(&at) || at >= 80;
+    for at in 0..100 {
+        match is_lost(at) {
+            true => node.drops(at, "no pose", &format!("{at} inliers are too few")),
+            false => node.says(at, true, ""),
+        }
+        node.flows();
+    }
+    let tenths = |seconds: f64| (10.0 * seconds).round() as u32;
+    let spans = node.without_pose.lost().map(|span| {
+        (tenths(span.from_s), span.to.map(|(to_s, _)| tenths(to_s)), span.reason.as_str())
+    });
+    let spans: Vec<_> = spans.collect();
+    // Half a second is a moment.
+    let told = [(40, Some(60), "40 inliers are too few"), (80, None, "80 inliers are too few")];
+    assert_eq!(spans, told);
+}
+
 /// Images without a partner were counted as pairs.
 #[test]
 fn a_camera_that_is_faster_than_the_other_one_misses_nothing() {
