@@ -68,6 +68,8 @@ impl Stage {
     pub const IMAGE_WITHOUT_DEPTH: &str = "image without depth";
     /// ... and of depth images to which no colour image belongs.
     pub const DEPTH_WITHOUT_IMAGE: &str = "depth without image";
+    /// The count of loops that were closed at a pair of images, with a map.
+    pub const CLOSED_LOOPS: &str = "closed_loops";
 
     /// The stage that `node` is.
     ///
@@ -358,6 +360,9 @@ impl Stage {
             ("landmarks", count(map.points().len() + map.lines().len())),
         ]);
         counts.extend(in_map.map(|in_map| ("keyframes", count(in_map.keyframes))));
+        counts.extend(
+            in_map.map(|in_map| (Self::CLOSED_LOOPS, in_map.closed_m.iter().count() as u64)),
+        );
         self.reporter.processed(self.header(stamp), number, &counts, timer);
     }
 

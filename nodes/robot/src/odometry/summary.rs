@@ -8,6 +8,7 @@ use geometry::Stamp;
 use msgs::convert::stamp_from_time;
 use msgs::geometry_msgs::PoseStamped;
 use msgs::stillmap_msgs::StageReport;
+use pose::shell::Stage;
 use report::DurationStatistics;
 use serde::Serialize;
 
@@ -31,6 +32,9 @@ pub(super) struct OdometrySummary {
     reasons: BTreeMap<String, String>,
     /// When the camera was lost for longer than a moment.
     lost: Vec<Lost>,
+    /// With a map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    loops_closed: Option<u64>,
     inliers_median: u64,
     milliseconds_median: f64,
     milliseconds_p99: f64,
@@ -88,11 +92,7 @@ impl OdometrySummary {
             odometry.reports().iter().filter(|report| report.processed).collect();
         let durations_s = processed.iter().map(|report| report.step_durations_s.iter().sum());
         let durations = DurationStatistics::of_seconds(durations_s.collect());
-        let inliers = |report: &&StageReport| {
-            let named = report.count_names.iter().zip(&report.counts);
-            named.filter(|(name, _)| *name == "inliers").map(|(_, count)| *count).next()
-        };
-        let mut inliers: Vec<u64> = processed.iter().filter_map(inliers).collect();
+        let mut inliers: Vec<u64> = counted(&processed, "inliers").collect();
         inliers.sort_unstable();
         let without_pose = odometry.without_pose();
         let mut without_a_pose = without_pose.drops().clone();
@@ -107,6 +107,7 @@ impl OdometrySummary {
             without_a_pose,
             reasons: without_pose.reasons().clone(),
             lost: without_pose.lost().map(|span| Lost::of(span, poses)).collect(),
+            loops_closed: loops_closed(&processed),
             inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),
             milliseconds_median: durations.map_or(0.0, |durations| durations.median_ms),
             milliseconds_p99: durations.map_or(0.0, |durations| durations.p99_ms),
@@ -121,6 +122,17 @@ impl OdometrySummary {
             None => format!("{cause}: {count}"),
         })
     }
+}
+
+/// `None` without a map.
+fn loops_closed(reports: &[&StageReport]) -> Option<u64> {
+    counted(reports, Stage::CLOSED_LOOPS).reduce(|one, more| one + more)
+}
+
+/// What the reports have counted by this name, each that has it.
+fn counted(reports: &[&StageReport], name: &str) -> impl Iterator<Item = u64> {
+    let named = reports.iter().flat_map(|report| report.count_names.iter().zip(&report.counts));
+    named.filter(move |(of, _)| *of == name).map(|(_, count)| *count)
 }
 
 /// Prints the summary as JSON or as text.
@@ -138,6 +150,9 @@ pub(super) fn print_summary(
         "{} poses of {} pairs of images, path {:.3} m; {} inliers (median)",
         summary.poses, summary.image_pairs, summary.path_m, summary.inliers_median
     ))?;
+    if let Some(loops) = summary.loops_closed {
+        console::print(format_args!("{loops} loops closed"))?;
+    }
     summary.causes().try_for_each(console::print)?;
     summary.lost.iter().try_for_each(console::print)?;
     console::print(format_args!(
@@ -149,4 +164,24 @@ pub(super) fn print_summary(
         console::print(format_args!("poses: {}", output.display()))?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Regression: whether a loop was closed was said nowhere.
+    #[test]
+    fn closed_loops_are_counted_where_there_is_a_map() {
+        let report = |counts: &[(&str, u64)]| StageReport {
+            count_names: counts.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            counts: counts.iter().map(|(_, count)| *count).collect(),
+            ..StageReport::default()
+        };
+        let closed = |reports: &[StageReport]| loops_closed(&reports.iter().collect::<Vec<_>>());
+        let in_map = |loops| report(&[("inliers", 50), (Stage::CLOSED_LOOPS, loops)]);
+        assert_eq!(closed(&[in_map(0), in_map(1), in_map(0), in_map(1)]), Some(2));
+        assert_eq!(closed(&[in_map(0)]), Some(0));
+        assert_eq!(closed(&[report(&[("inliers", 50)])]), None);
+    }
 }
