@@ -8,6 +8,7 @@ use std::path::PathBuf;
 
 use bag_player::Selection;
 use clap::{Args, ValueEnum};
+use msgs::convert::message_from_depth;
 use msgs::sensor_msgs::{CameraInfo, Image};
 use node_shell::parameters::{self, Assignment};
 use node_shell::{Host, NodeFailure, Publisher, Qos, RosArguments};
@@ -22,6 +23,7 @@ use crate::lidar::{self, LidarArgs};
 use crate::offer::Offer;
 use crate::open_bag::open_bag;
 use crate::progress::Progress;
+use crate::run::view_topics::{depth_image, raw_name};
 use crate::visual::{self, VisualOdometry, VisualTopicArgs, VisualTopics, write_trajectory};
 
 /// The namespace of the node, which keeps its topics apart from those of a bag.
@@ -48,7 +50,7 @@ pub struct OdometryArgs {
     output: PathBuf,
     #[command(flatten)]
     topics: VisualTopicArgs,
-    /// The depth image topic (16UC1 or 32FC1)
+    /// The depth image topic (16UC1 or 32FC1), or that of compressed ones (.../compressedDepth)
     #[arg(long, value_name = "TOPIC")]
     depth: Option<String>,
     /// The features that are tracked
@@ -255,7 +257,11 @@ impl Tracking {
     fn take(&mut self, message: &bag_player::BagMessage) -> Result<(), visual::FeedError> {
         self.odometry.feed(message)?;
         if *message.topic == self.depth_topic && !self.odometry.has_ended() {
-            self.depths.publish(message.decode::<Image>()?)?;
+            let image = match raw_name(&message.topic) {
+                Some(_) => message_from_depth(&depth_image(message)?),
+                None => message.decode::<Image>()?,
+            };
+            self.depths.publish(image)?;
         }
         // Where both cameras have one topic, it was published as that of the colour camera.
         let is_of_depth = *message.topic == self.depth_info_topic;

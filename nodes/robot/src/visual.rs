@@ -23,6 +23,7 @@ pub(crate) use self::lost::LostSpan;
 use self::recording_end::RecordingEnd;
 pub(crate) use self::without_pose::WithoutPose;
 use crate::pose_listener::PoseListener;
+use crate::run::view_topics::DepthImageError;
 pub use topics::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};
 pub(crate) use trajectory_file::write_trajectory;
 
@@ -52,6 +53,8 @@ pub(crate) enum FeedError {
     Bag(#[from] BagError),
     #[error(transparent)]
     Publish(#[from] PublishError),
+    #[error(transparent)]
+    Depth(#[from] DepthImageError),
 }
 
 impl FeedError {

@@ -55,7 +55,7 @@ impl ViewTopics {
 }
 
 /// The name of the raw images of a topic of compressed depth images; `None` of other topics.
-pub(super) fn raw_name(topic: &str) -> Option<&str> {
+pub(crate) fn raw_name(topic: &str) -> Option<&str> {
     topic.strip_suffix(COMPRESSED_DEPTH_TOPIC)?.strip_suffix('/')
 }
 

@@ -7,6 +7,7 @@ use msgs::sensor_msgs::{CameraInfo, CompressedImage, Image, Imu};
 
 use crate::failure::Failure;
 use crate::offer::Offer;
+use crate::run::view_topics::raw_name;
 
 /// Topics that the user names; the rest is found by type and name.
 #[derive(Args, Clone, Debug, Default)]
@@ -105,13 +106,19 @@ impl VisualTopics {
     }
 }
 
-/// The topic of the depth images: the named one, or the only one there is.
+/// The topic of the depth images: the named one, or the only one there is. Compressed ones are taken where there are no others.
 pub fn depth_topic(named: Option<&str>, offer: &Offer<'_>) -> Result<String, Failure> {
     if let Some(named) = named {
         return Ok(name_of(named, offer));
     }
     let mut found = offer.of_type(Image::TYPE_NAME).filter(|topic| topic.contains("depth"));
-    match (found.next(), found.next()) {
+    let mut compressed =
+        offer.of_type(CompressedImage::TYPE_NAME).filter(|topic| raw_name(topic).is_some());
+    let found = match found.next() {
+        Some(one) => (Some(one), found.next()),
+        None => (compressed.next(), compressed.next()),
+    };
+    match found {
         (Some(only), None) => Ok(only.to_owned()),
         (None, _) => {
             let failure =
@@ -136,7 +143,8 @@ fn name_of(named: &str, offer: &Offer<'_>) -> String {
 
 /// The topic of a depth camera's calibration: beside its images.
 pub fn depth_info_topic(depth: &str) -> String {
-    let parent = depth.rsplit_once('/').map_or("", |(parent, _)| parent);
+    let raw = raw_name(depth).unwrap_or(depth);
+    let parent = raw.rsplit_once('/').map_or("", |(parent, _)| parent);
     format!("{parent}/camera_info")
 }
 
@@ -223,6 +231,19 @@ mod tests {
         let offer = Offer::of_graph(topics.chain([(info.as_str(), CameraInfo::TYPE_NAME)]));
         let chosen = VisualTopics::choose(&VisualTopicArgs::default(), depth, &info, &offer);
         chosen.map(|topics| topics.image).map_err(|failure| failure.to_string())
+    }
+
+    /// Regression: of a bag whose depth images are compressed there was no odometry: it was said to have none.
+    #[test]
+    fn compressed_depth_images_are_taken_where_there_are_no_others() {
+        let (compressed, raw) = ("/cam/depth/image/compressedDepth", "/cam/depth/image");
+        let types = [CompressedImage::TYPE_NAME, Image::TYPE_NAME];
+        let chosen = |topics: &[(&'static str, &'static str)]| {
+            depth_topic(None, &Offer::of_graph(topics.iter().copied())).unwrap()
+        };
+        assert_eq!(chosen(&[(compressed, types[0])]), compressed);
+        assert_eq!(chosen(&[(compressed, types[0]), (raw, types[1])]), raw);
+        assert_eq!(depth_info_topic(compressed), "/cam/depth/camera_info");
     }
 
     /// Regression: of two cameras the images of the first by name were taken, whatever the depth images were.
