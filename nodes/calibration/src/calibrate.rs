@@ -1,6 +1,7 @@
 //! The scanner's pose on the rig from cycles of scans and depth images.
 
 mod report;
+mod starts;
 #[cfg(test)]
 mod tests;
 
@@ -17,6 +18,8 @@ use crate::optics::DepthOptics;
 use crate::repeated::{InCycle, Key, repeated};
 use crate::returns::LidarReturn;
 use crate::static_returns::{static_returns, views_of};
+
+use self::starts::Agreement;
 
 pub use geometry::RigMounts;
 pub use report::{Calibration, CoordinateEstimate};
@@ -76,6 +79,16 @@ pub enum CalibrationError {
         /// ... and of a turn.
         max_std_dev_rad: f64,
     },
+    /// Where it fits best, the camera sees other surfaces than the scanner.
+    #[error(
+        "with the mount that fits best {agree} returns lie on the surface that the camera sees there, and {contradict} beside it"
+    )]
+    Contradicted {
+        /// Returns on the surface.
+        agree: usize,
+        /// Returns beside it.
+        contradict: usize,
+    },
     /// The pose did not settle.
     #[error(
         "the scanner's pose did not settle: after {iterations} iterations it still moves by {step_m:.4} m and \
@@ -91,14 +104,15 @@ pub enum CalibrationError {
     },
 }
 
-/// Estimates the scanner's pose from cycles, starting from `mounts`. The camera's pose stays.
+/// Estimates the scanner's pose from cycles, starting from `mounts`, and from some headings beside. The camera's pose stays.
 ///
 /// Every return is moved into the camera frame and compared with the plane, or the edge, that the depth image shows
 /// there; moving objects are left out ([`crate::static_returns`]), outliers have no weight
 /// ([`crate::fit`]). Directions that the scene does not determine stay as they are in `mounts`, and the result says so.
 ///
 /// # Errors
-/// When too few returns are on surfaces, these determine no direction, or the pose does not settle.
+/// When too few returns are on surfaces, these determine no direction, the pose does not settle, or too many returns contradict
+/// the pose that is found.
 pub fn calibrate(
     cycles: &[Cycle],
     optics: DepthOptics<'_>,
@@ -107,38 +121,19 @@ pub fn calibrate(
 ) -> Result<Calibration, CalibrationError> {
     config.validate()?;
     let problem = Problem::new(cycles, optics, mounts, config);
-    let mut total = Vector6::zeros();
-    let mut step = (f64::INFINITY, f64::INFINITY);
-    let mut known = None;
-    let mut held = [false; 6];
-    let mut kept: Option<BTreeSet<Key>> = None;
-    for iteration in 0..config.max_iterations {
-        let (constraints, fit) = problem.iterate(&total, held, kept.as_ref())?;
-        if iteration + 1 >= DECIDED_FROM {
-            kept = Some(constraints.iter().map(InCycle::key).collect());
-        }
-        let share_of = |coordinate| share(&fit.observability, coordinate);
-        let needed = if iteration < MIXED_UNTIL { 0.5 } else { SHARE_OF_ONE };
-        let knows = Coordinate::ALL.map(|coordinate| share_of(coordinate) > needed);
-        if iteration >= DECIDED_FROM {
-            let before = known.unwrap_or(knows);
-            let is_mixed = iteration >= MIXED_UNTIL;
-            for (held, (before, now)) in held.iter_mut().zip(before.into_iter().zip(knows)) {
-                *held |= (before || is_mixed) && !now;
-            }
-        }
-        known = Some(knows);
-        let moved = fit.total - total;
-        step = (moved.fixed_rows::<3>(0).norm(), moved.fixed_rows::<3>(3).norm());
-        total = fit.total;
-        let is_last = iteration + 1 == config.max_iterations;
-        let limit = if is_last { NEARLY_SETTLED } else { 1.0 };
-        if step.0 <= limit * SETTLED_M && step.1 <= limit * SETTLED_RAD {
-            return Ok(problem.report(&constraints, &fit, iteration + 1));
-        }
+    let (settled, agreement) = problem.best_of_starts()?;
+    if !agreement.is_enough() {
+        let Agreement { agree, contradict } = agreement;
+        return Err(CalibrationError::Contradicted { agree, contradict });
     }
-    let (step_m, step_rad) = step;
-    Err(CalibrationError::NotSettled { iterations: config.max_iterations, step_m, step_rad })
+    Ok(problem.report(&settled, agreement))
+}
+
+/// Where the iterations ended.
+struct Settled {
+    constraints: Vec<InCycle>,
+    fit: Fit,
+    iterations: usize,
 }
 
 struct Problem<'a> {
@@ -160,6 +155,43 @@ impl<'a> Problem<'a> {
         let views = views_of(cycles);
         let is_static = static_returns(cycles, &views, config);
         Self { cycles, views, is_static, optics, mounts: *mounts, config }
+    }
+
+    /// Projects the returns and fits again until the correction that began with `start` settles.
+    fn settle(&self, start: Vector6<f64>) -> Result<Settled, CalibrationError> {
+        let config = self.config;
+        let mut total = start;
+        let mut step = (f64::INFINITY, f64::INFINITY);
+        let mut known = None;
+        let mut held = [false; 6];
+        let mut kept: Option<BTreeSet<Key>> = None;
+        for iteration in 0..config.max_iterations {
+            let (constraints, fit) = self.iterate(&total, held, kept.as_ref())?;
+            if iteration + 1 >= DECIDED_FROM {
+                kept = Some(constraints.iter().map(InCycle::key).collect());
+            }
+            let share_of = |coordinate| share(&fit.observability, coordinate);
+            let needed = if iteration < MIXED_UNTIL { 0.5 } else { SHARE_OF_ONE };
+            let knows = Coordinate::ALL.map(|coordinate| share_of(coordinate) > needed);
+            if iteration >= DECIDED_FROM {
+                let before = known.unwrap_or(knows);
+                let is_mixed = iteration >= MIXED_UNTIL;
+                for (held, (before, now)) in held.iter_mut().zip(before.into_iter().zip(knows)) {
+                    *held |= (before || is_mixed) && !now;
+                }
+            }
+            known = Some(knows);
+            let moved = fit.total - total;
+            step = (moved.fixed_rows::<3>(0).norm(), moved.fixed_rows::<3>(3).norm());
+            total = fit.total;
+            let is_last = iteration + 1 == config.max_iterations;
+            let limit = if is_last { NEARLY_SETTLED } else { 1.0 };
+            if step.0 <= limit * SETTLED_M && step.1 <= limit * SETTLED_RAD {
+                return Ok(Settled { constraints, fit, iterations: iteration + 1 });
+            }
+        }
+        let (step_m, step_rad) = step;
+        Err(CalibrationError::NotSettled { iterations: config.max_iterations, step_m, step_rad })
     }
 
     /// Projects the returns onto the images with the correction so far, and fits a better one.

@@ -116,15 +116,8 @@ pub fn constraints_of(
     mounts: &RigMounts,
     config: &CalibrationConfig,
 ) -> Vec<Constraint> {
-    let on_planes =
-        returns.windows(3).enumerate().filter(|(index, _)| is_static(index + 1)).filter_map(
-            |(_, three)| match three {
-                [before, one, after] if are_neighbours([before, one, after]) => {
-                    on_plane([before, one, after], image, optics, mounts, config)
-                }
-                _ => None,
-            },
-        );
+    let on_planes = planes_of(returns, &is_static, image, optics, mounts, config)
+        .filter(|one| one.linearised(mounts).distance_m.abs() <= config.max_offset_m);
     let on_edges = returns
         .windows(4)
         .enumerate()
@@ -136,6 +129,24 @@ pub fn constraints_of(
             _ => None,
         });
     on_planes.chain(on_edges).collect()
+}
+
+/// The planes of the returns of a cycle, however far the returns lie from them.
+pub(crate) fn planes_of<'a>(
+    returns: &'a [LidarReturn],
+    is_static: impl Fn(usize) -> bool + 'a,
+    image: &'a DepthImage,
+    optics: DepthOptics<'a>,
+    mounts: &'a RigMounts,
+    config: &'a CalibrationConfig,
+) -> impl Iterator<Item = Constraint> + 'a {
+    let three = returns.windows(3).enumerate();
+    three.filter(move |(index, _)| is_static(index + 1)).filter_map(move |(_, three)| match three {
+        [before, one, after] if are_neighbours([before, one, after]) => {
+            on_plane([before, one, after], image, optics, mounts, config)
+        }
+        _ => None,
+    })
 }
 
 fn are_neighbours([before, one, after]: [&LidarReturn; 3]) -> bool {
@@ -161,9 +172,6 @@ fn on_plane(
         return None;
     }
     let surface = plane_at(&point_in_camera, image, optics, config)?;
-    if surface.distance_m(&point_in_camera).abs() > config.max_offset_m {
-        return None;
-    }
     let along = camera_from_lidar.rotation * one.direction_in_lidar();
     let aside = camera_from_lidar.rotation
         * Vector3::new(-one.azimuth_rad.sin(), one.azimuth_rad.cos(), 0.0);

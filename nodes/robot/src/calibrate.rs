@@ -103,7 +103,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let optics = DepthOptics { camera: &camera, rays: &rays };
     let found = calibrate(&cycles.cycles, optics, &start.mounts, &config).map_err(|error| {
         Failure::new(error.to_string()).fix(
-            "is rig_from_camera right, and rig_from_lidar within some 10 cm and 5 degrees (--params-file)? A scanner \
+            "is rig_from_camera right, and rig_from_lidar within some 8 cm and 8 degrees (--params-file)? A scanner \
              that looks backwards needs a yaw of pi; furniture as high as the scanner helps",
         )
     })?;

@@ -7,7 +7,8 @@ use geometry::pose_vector;
 use nalgebra::{Isometry3, Matrix6};
 use serde::Serialize;
 
-use super::{Problem, RigMounts};
+use super::starts::Agreement;
+use super::{Problem, RigMounts, Settled};
 use crate::constraint::Kind;
 use crate::fit::Fit;
 use crate::observability::{Coordinate, Direction, SHARE_OF_ONE, share};
@@ -73,6 +74,10 @@ pub struct Calibration {
     pub rms_after_m: f64,
     /// The errors' standard deviation over what is expected of the sensors.
     pub noise_factor: f64,
+    /// Returns where the camera sees a surface within three of their standard deviations ...
+    pub agreeing_returns: usize,
+    /// ... and returns where it sees one elsewhere: of what only one sensor sees, or with a wrong mount.
+    pub contradicting_returns: usize,
     /// How often the returns were put onto the images.
     pub iterations: usize,
 }
@@ -95,9 +100,8 @@ impl Problem<'_> {
     /// The result of the last fit.
     pub(super) fn report(
         &self,
-        constraints: &[InCycle],
-        fit: &Fit,
-        iterations: usize,
+        Settled { constraints, fit, iterations }: &Settled,
+        agreement: Agreement,
     ) -> Calibration {
         let mounts = self.mounts.corrected(&fit.total);
         let covariance = self.covariance(constraints, fit);
@@ -142,7 +146,9 @@ impl Problem<'_> {
             rms_before_m: self.rms_before_m(&used),
             rms_after_m: rms(used.iter().map(|one| distance_m(one, &mounts))),
             noise_factor: fit.variance_factor.sqrt(),
-            iterations,
+            agreeing_returns: agreement.agree,
+            contradicting_returns: agreement.contradict,
+            iterations: *iterations,
         }
     }
 

@@ -48,6 +48,10 @@ fn lines(found: &Calibration) -> Vec<String> {
         found.plane_returns, found.edges, found.cycles, found.outliers, found.moving_returns
     ));
     lines.push(format!(
+        "{} returns lie on the surface that the camera sees there, {} beside it",
+        found.agreeing_returns, found.contradicting_returns
+    ));
+    lines.push(format!(
         "distance from the surfaces (root mean square): {:.4} m before, {:.4} m after",
         found.rms_before_m, found.rms_after_m
     ));
