@@ -55,7 +55,7 @@ pub enum CalibrationError {
     /// Too few returns lie on surfaces that the camera sees.
     #[error(
         "only {found} of {returns} returns lie within {max_offset_m} m of a plane that the camera sees, and {needed} \
-         are needed"
+         are needed; where {noisy} others are, the depth scatters too much for one"
     )]
     TooFewReturns {
         /// The returns that are.
@@ -66,6 +66,8 @@ pub enum CalibrationError {
         needed: usize,
         /// The farthest that counts.
         max_offset_m: f64,
+        /// Returns where the image is too noisy to show one.
+        noisy: usize,
     },
     /// The returns determine no direction well enough.
     #[error(
@@ -123,7 +125,7 @@ pub fn calibrate(
     let problem = Problem::new(cycles, optics, mounts, config);
     let (settled, agreement) = problem.best_of_starts()?;
     if !agreement.is_enough() {
-        let Agreement { agree, contradict } = agreement;
+        let Agreement { agree, contradict, .. } = agreement;
         return Err(CalibrationError::Contradicted { agree, contradict });
     }
     Ok(problem.report(&settled, agreement))
@@ -210,6 +212,7 @@ impl<'a> Problem<'a> {
                 returns: self.cycles.iter().map(|cycle| cycle.returns.len()).sum(),
                 needed: self.config.min_returns,
                 max_offset_m: self.config.max_offset_m,
+                noisy: self.agreement(total).noisy,
             });
         }
         let observations = self.observations(&constraints, &mounts);

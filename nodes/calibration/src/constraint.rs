@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::calibrate::RigMounts;
 use crate::config::CalibrationConfig;
-use crate::optics::{DepthOptics, EdgeSought, Surface, edge_at, plane_at};
+use crate::optics::{DepthNoise, DepthOptics, EdgeSought, Patch, Surface, edge_at};
 use crate::returns::LidarReturn;
 
 /// The variance of a beam's azimuth in squares of its step: it was measured anywhere within (uniformly).
@@ -116,7 +116,9 @@ pub fn constraints_of(
     mounts: &RigMounts,
     config: &CalibrationConfig,
 ) -> Vec<Constraint> {
-    let on_planes = planes_of(returns, &is_static, image, optics, mounts, config)
+    let planes = planes_of(returns, &is_static, image, optics, mounts, config).constraints;
+    let on_planes = planes
+        .into_iter()
         .filter(|one| one.linearised(mounts).distance_m.abs() <= config.max_offset_m);
     let on_edges = returns
         .windows(4)
@@ -131,22 +133,50 @@ pub fn constraints_of(
     on_planes.chain(on_edges).collect()
 }
 
-/// The planes of the returns of a cycle, however far the returns lie from them.
-pub(crate) fn planes_of<'a>(
-    returns: &'a [LidarReturn],
-    is_static: impl Fn(usize) -> bool + 'a,
-    image: &'a DepthImage,
-    optics: DepthOptics<'a>,
-    mounts: &'a RigMounts,
-    config: &'a CalibrationConfig,
-) -> impl Iterator<Item = Constraint> + 'a {
-    let three = returns.windows(3).enumerate();
-    three.filter(move |(index, _)| is_static(index + 1)).filter_map(move |(_, three)| match three {
-        [before, one, after] if are_neighbours([before, one, after]) => {
-            on_plane([before, one, after], image, optics, mounts, config)
-        }
-        _ => None,
-    })
+/// The planes of a cycle.
+pub(crate) struct Planes {
+    /// Of the returns, however far they lie from them.
+    pub(crate) constraints: Vec<Constraint>,
+    /// Returns where the pixels scatter too much for a plane.
+    pub(crate) noisy: usize,
+}
+
+/// The planes that the image shows where the returns are.
+pub(crate) fn planes_of(
+    returns: &[LidarReturn],
+    is_static: impl Fn(usize) -> bool,
+    image: &DepthImage,
+    optics: DepthOptics<'_>,
+    mounts: &RigMounts,
+    config: &CalibrationConfig,
+) -> Planes {
+    let (threes, patches): (Vec<[&LidarReturn; 3]>, Vec<Patch>) = returns
+        .windows(3)
+        .enumerate()
+        .filter(|(index, _)| is_static(index + 1))
+        .filter_map(|(_, three)| match three {
+            [before, one, after] if are_neighbours([before, one, after]) => {
+                let point_in_camera_m =
+                    mounts.camera_from_lidar(&one.image_rig_from_rig) * one.point_in_lidar_m();
+                // Half of the sphere lies behind the camera.
+                let is_ahead = point_in_camera_m.z > 0.0;
+                let patch = is_ahead
+                    .then(|| Patch::around(&point_in_camera_m, image, optics, config))
+                    .flatten()?;
+                Some(([before, one, after], patch))
+            }
+            _ => None,
+        })
+        .unzip();
+    let noise = DepthNoise::of(&patches);
+    Planes {
+        noisy: patches.iter().filter(|patch| patch.is_noisy(noise, config)).count(),
+        constraints: threes
+            .into_iter()
+            .zip(&patches)
+            .filter_map(|(three, patch)| on_plane(three, (patch, noise), mounts, config))
+            .collect(),
+    }
 }
 
 fn are_neighbours([before, one, after]: [&LidarReturn; 3]) -> bool {
@@ -159,19 +189,14 @@ fn are_neighbours([before, one, after]: [&LidarReturn; 3]) -> bool {
 /// inwards of its own azimuth, which on a slanting surface is a shorter or a longer range.
 fn on_plane(
     [before, one, after]: [&LidarReturn; 3],
-    image: &DepthImage,
-    optics: DepthOptics<'_>,
+    (patch, noise): (&Patch, DepthNoise),
     mounts: &RigMounts,
     config: &CalibrationConfig,
 ) -> Option<Constraint> {
     let camera_from_lidar = mounts.camera_from_lidar(&one.image_rig_from_rig);
     let point_in_lidar_m = one.point_in_lidar_m();
     let point_in_camera = camera_from_lidar * point_in_lidar_m;
-    // Half of the sphere lies behind the camera.
-    if point_in_camera.z <= 0.0 {
-        return None;
-    }
-    let surface = plane_at(&point_in_camera, image, optics, config)?;
+    let surface = patch.surface(&point_in_camera, noise, config)?;
     let along = camera_from_lidar.rotation * one.direction_in_lidar();
     let aside = camera_from_lidar.rotation
         * Vector3::new(-one.azimuth_rad.sin(), one.azimuth_rad.cos(), 0.0);

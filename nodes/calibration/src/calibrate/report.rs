@@ -78,6 +78,8 @@ pub struct Calibration {
     pub agreeing_returns: usize,
     /// ... and returns where it sees one elsewhere: of what only one sensor sees, or with a wrong mount.
     pub contradicting_returns: usize,
+    /// Returns where the pixels scatter too much for a surface, by what the camera's noise is elsewhere.
+    pub noisy_returns: usize,
     /// How often the returns were put onto the images.
     pub iterations: usize,
 }
@@ -148,6 +150,7 @@ impl Problem<'_> {
             noise_factor: fit.variance_factor.sqrt(),
             agreeing_returns: agreement.agree,
             contradicting_returns: agreement.contradict,
+            noisy_returns: agreement.noisy,
             iterations: *iterations,
         }
     }

@@ -26,6 +26,8 @@ pub(super) struct Agreement {
     pub(super) agree: usize,
     /// Returns where the camera sees one elsewhere.
     pub(super) contradict: usize,
+    /// Returns where its pixels scatter too much for a surface.
+    pub(super) noisy: usize,
 }
 
 impl Agreement {
@@ -66,9 +68,9 @@ impl Problem<'_> {
         Ok((settled, agreement))
     }
 
-    fn agreement(&self, total: &Vector6<f64>) -> Agreement {
+    pub(super) fn agreement(&self, total: &Vector6<f64>) -> Agreement {
         let mounts = self.mounts.corrected(total);
-        let mut agreement = Agreement { agree: 0, contradict: 0 };
+        let mut agreement = Agreement { agree: 0, contradict: 0, noisy: 0 };
         for (cycle, is_static) in self.cycles.iter().zip(&self.is_static) {
             let is_static = |place: usize| is_static.get(place).copied().unwrap_or(false);
             let planes = planes_of(
@@ -79,7 +81,8 @@ impl Problem<'_> {
                 &mounts,
                 self.config,
             );
-            for plane in planes {
+            agreement.noisy += planes.noisy;
+            for plane in planes.constraints {
                 let distance_m = plane.linearised(&mounts).distance_m.abs();
                 if distance_m <= AGREES_STD_DEVS * plane.std_dev_m {
                     agreement.agree += 1;

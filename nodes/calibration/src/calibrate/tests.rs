@@ -230,6 +230,30 @@ fn from_too_far_off_there_is_no_mount_or_the_right_one() {
     }
 }
 
+/// Regression: how much a plane may scatter was that of a Kinect, so that a stereo camera showed none beyond 2.6 m.
+#[test]
+fn a_stereo_camera_with_more_noise_than_a_kinect_is_calibrated_by() {
+    let mut scenario = badly_mounted(corner(5)).with_duration_s(5.0);
+    // A RealSense D435: 3.6 mm at 1 m.
+    scenario.rig.depth_camera.disparity_noise_steps = 1.33;
+    let (calibration, truth) = calibrated(scenario);
+    check("stereo", &calibration, &truth, 2.0 * WITHIN_M);
+    assert!(calibration.of(Coordinate::X).is_estimated());
+    assert!(calibration.of(Coordinate::Yaw).is_estimated());
+    let (planes, noisy) = (calibration.plane_returns, calibration.noisy_returns);
+    assert!(noisy * 5 < planes, "{planes} planes, {noisy} too noisy");
+}
+
+/// Regression: a mount was taken however many of the returns contradict it.
+#[test]
+fn a_mount_that_returns_contradict_is_not_enough() {
+    let of = |agree, contradict| Agreement { agree, contradict, noisy: 0 };
+    // The mount 9.6 degrees off, and the right one of a tilted scanner.
+    assert!(!of(367, 1165).is_enough());
+    assert!(!of(0, 0).is_enough());
+    assert!(of(2439, 490).is_enough());
+}
+
 #[test]
 fn a_bag_without_information_is_refused_with_numbers() {
     let recording = Recording::of(

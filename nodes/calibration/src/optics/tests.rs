@@ -9,6 +9,16 @@ use crate::testing::{Eye, Random, depth_of_plane_m, small_camera};
 const PLUMB_BOB: Distortion =
     Distortion::PlumbBob([0.138_263, -0.279_976, 0.002_072, 0.008_884, 0.0]);
 
+/// The plane around a point, by a camera of usual noise.
+fn plane_at(
+    point: &Point3<f64>,
+    image: &DepthImage,
+    optics: DepthOptics<'_>,
+    config: &CalibrationConfig,
+) -> Option<Surface> {
+    Patch::around(point, image, optics, config)?.surface(point, DepthNoise::default(), config)
+}
+
 fn wall() -> (Vector3<f64>, f64) {
     (Vector3::new(0.4, -0.1, 1.0).normalize(), 2.5)
 }

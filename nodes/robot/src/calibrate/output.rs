@@ -48,8 +48,8 @@ fn lines(found: &Calibration) -> Vec<String> {
         found.plane_returns, found.edges, found.cycles, found.outliers, found.moving_returns
     ));
     lines.push(format!(
-        "{} returns lie on the surface that the camera sees there, {} beside it",
-        found.agreeing_returns, found.contradicting_returns
+        "{} returns lie on the surface that the camera sees there, {} beside it; where {} are, the depth scatters too much",
+        found.agreeing_returns, found.contradicting_returns, found.noisy_returns
     ));
     lines.push(format!(
         "distance from the surfaces (root mean square): {:.4} m before, {:.4} m after",
