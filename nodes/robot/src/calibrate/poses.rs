@@ -2,7 +2,7 @@
 
 use geometry::BeamOrder;
 use geometry::{PoseBuffer, Scan, Stamp, StampedPose};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 /// The platform is static if its poses differ by less over the whole bag: less than the noise of a range ...
 const STATIC_M: f64 = 0.02;
@@ -10,6 +10,10 @@ const STATIC_M: f64 = 0.02;
 const STATIC_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// The usual range of a return, which converts a rotation to a distance.
 const USUAL_DISTANCE_M: f64 = 4.0;
+/// Poses are averaged over this time, so that the noise of a localisation is no motion: a platform takes longer to set off and stop ...
+const AVERAGED_S: f64 = 0.25;
+/// ... with so many of them.
+const AVERAGED: u32 = 8;
 
 /// The poses of a bag.
 pub(super) struct Poses {
@@ -61,6 +65,34 @@ impl Poses {
         let distance_m = (to.translation.vector - from.translation.vector).norm();
         Some(distance_m + USUAL_DISTANCE_M * from.rotation.angle_to(&to.rotation))
     }
+
+    /// The same without the noise of single poses, by averages in the half second before and after the middle of the turn.
+    pub(super) fn averaged_motion_m(&self, from: Stamp, to: Stamp) -> Option<f64> {
+        let turn_s = to.seconds_since(from);
+        let middle = from.plus_seconds(0.5 * turn_s);
+        let averages = [-2.0, -1.0, 0.0, 1.0]
+            .map(|begin| self.average_from(middle.plus_seconds(begin * AVERAGED_S)));
+        let mut most_m = 0.0_f64;
+        for two in averages.windows(2) {
+            let [Some((there, turned)), Some((here, turned_here))] = two else { return None };
+            let way_m = (here - there).norm() + USUAL_DISTANCE_M * (turned_here - turned).norm();
+            most_m = most_m.max(way_m);
+        }
+        Some(most_m * turn_s / AVERAGED_S)
+    }
+
+    /// The mean position, and the mean rotation beside the first pose.
+    fn average_from(&self, begin: Stamp) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let first = self.first?.rotation;
+        let (mut position_m, mut turned) = (Vector3::zeros(), Vector3::zeros());
+        for sample in 0..AVERAGED {
+            let after_s = AVERAGED_S * f64::from(sample) / f64::from(AVERAGED);
+            let pose = self.at(begin.plus_seconds(after_s))?;
+            position_m += pose.translation.vector;
+            turned += first.rotation_to(&pose.rotation).scaled_axis();
+        }
+        Some((position_m / f64::from(AVERAGED), turned / f64::from(AVERAGED)))
+    }
 }
 
 /// When a scanner measured a beam of its message.
@@ -108,6 +140,31 @@ mod tests {
         poses.push(pose(5_100, 3.0));
         poses.skip();
         assert_eq!(poses.unusable(), 2);
+    }
+
+    /// Regression: a localisation that scatters by 5 mm was motion in every scan.
+    #[test]
+    fn scatter_of_a_platform_that_stands_is_no_motion() {
+        let mut poses = Poses::new(1000, 0.5);
+        // Not static as a whole: it comes in first.
+        let scatter_m = [0.005, -0.004, 0.0, 0.003, -0.005, 0.004, -0.003];
+        for index in 0..200 {
+            let to_come_m = 0.5 - 0.01 * index.min(50) as f64;
+            poses.push(pose(20 * index, to_come_m + scatter_m[index as usize % 7]));
+        }
+        let turn = |at_ms: i64| {
+            let stamp = |ms: i64| Stamp::from_nanos(ms * 1_000_000);
+            (stamp(at_ms), stamp(at_ms + 100))
+        };
+        let (from, to) = turn(3000);
+        let averaged_m = poses.averaged_motion_m(from, to).unwrap();
+        assert!(averaged_m < 0.003, "{averaged_m}");
+        // What moves is as fast as it is, and there is nothing beyond the ends.
+        let (from, to) = turn(500);
+        let averaged_m = poses.averaged_motion_m(from, to).unwrap();
+        assert!((averaged_m - 0.05).abs() < 0.005, "{averaged_m}");
+        let (from, to) = turn(3900);
+        assert_eq!(poses.averaged_motion_m(from, to), None);
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(crate) struct Topics {
 /// How cycles are made of messages.
 pub(crate) struct Choosing {
     pub(crate) most_cycles: usize,
-    /// Scans in which the platform moves the returns farther are left out.
+    /// Scans in which the platform moves the returns farther are left out; what poses scatter is no motion.
     pub(crate) most_motion_m: f64,
     pub(crate) max_pose_gap_s: f64,
     pub(crate) max_image_offset_s: f64,
@@ -215,7 +215,9 @@ fn candidates(turns: &Turns, poses: &Poses, choosing: &Choosing) -> Vec<Candidat
         .filter_map(|(scan, turn)| {
             let end = turn.stamp.plus_seconds(turn.turn_s);
             let motion_m = left * poses.motion_m(turn.stamp, end)?;
-            if motion_m > choosing.most_motion_m {
+            let most_m = choosing.most_motion_m;
+            let moves = |averaged_m: f64| left * averaged_m > most_m;
+            if motion_m > most_m && poses.averaged_motion_m(turn.stamp, end).is_none_or(moves) {
                 return None;
             }
             Some(Candidate { scan, motion_m, map_from_rig: poses.at(turn.stamp)? })

@@ -34,8 +34,8 @@ pub(super) fn findings(
     let unknown = extrinsics::unknown(&facts, node, are_given);
     // Where the mounts are those of tf in a run, the parameters say so now. What a run cannot do is said above.
     let _placed = choose_inputs(bag, &facts.info, topics, &mut parameters);
-    let extrinsics = extrinsics::finding(bag, &facts, parameters.detection_node());
-    findings.extend(extrinsics.or(unknown).or_else(|| extrinsics::not_checked(&facts)));
+    let extrinsics = extrinsics::finding(bag, &facts, parameters.detection_node(), unknown);
+    findings.extend(extrinsics.or_else(|| extrinsics::not_checked(&facts)));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }

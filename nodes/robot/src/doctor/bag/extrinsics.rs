@@ -68,12 +68,37 @@ pub(super) fn not_checked(facts: &BagFacts) -> Option<Finding> {
     })
 }
 
-/// The finding about the mount; `None` if the bag does not show it.
+/// That the mount was not compared, where the bag has too few scans for it.
+fn too_few_scans(scans: usize) -> Finding {
+    Finding::ok(
+        Check::Extrinsics,
+        format!(
+            "not checked: whether the scan lies on the surfaces that the camera sees takes {LEAST_CYCLES} scans with a depth image during which \
+             the platform stands by its poses; there are {scans}"
+        ),
+    )
+}
+
+/// The finding about the mount, and what is `unknown` where the bag does not show it.
 pub(super) fn finding(
     bag: &Bag,
     facts: &BagFacts,
     parameters: &DetectionParameters,
+    unknown: Option<Finding>,
 ) -> Option<Finding> {
+    match checked(bag, facts, parameters) {
+        None => unknown,
+        Some(Ok(finding)) => finding.or(unknown),
+        Some(Err(scans)) => unknown.or_else(|| Some(too_few_scans(scans))),
+    }
+}
+
+/// What the check finds, if anything; or how many scans there are where these are too few.
+fn checked(
+    bag: &Bag,
+    facts: &BagFacts,
+    parameters: &DetectionParameters,
+) -> Option<Result<Option<Finding>, usize>> {
     let inputs = facts.choice.as_ref().ok()?;
     let ViewTopics::Depth { image, camera_info } = &inputs.view else { return None };
     let config = &parameters.config;
@@ -91,12 +116,17 @@ pub(super) fn finding(
         poses: RigPoses::of(inputs, parameters)?,
     };
     // Other faults of the bag are found by other rules.
-    let read = reader::read(bag, &facts.info, &topics, &choosing).ok()?;
+    let Ok(read) = reader::read(bag, &facts.info, &topics, &choosing) else {
+        return Some(Err(0));
+    };
     let (cycles, camera) = (read.cycles.cycles, read.camera?);
     let size_px = (camera.width_px, camera.height_px);
     let fits = |cycle: &Cycle| (cycle.image.width_px(), cycle.image.height_px()) == size_px;
-    if cycles.len() < LEAST_CYCLES || !cycles.iter().all(fits) {
+    if !cycles.iter().all(fits) {
         return None;
+    }
+    if cycles.len() < LEAST_CYCLES {
+        return Some(Err(cycles.len()));
     }
     let rays = RayTable::new(&camera).ok()?;
     let optics = DepthOptics { camera: &camera, rays: &rays };
@@ -106,7 +136,7 @@ pub(super) fn finding(
     let limit_m = parameters.extrinsics_limit_m;
     let judged = |mounts: &RigMounts| judge(&cycles, optics, mounts, limit_m);
     let tf = by_tf.map(|mounts| (judged(&mounts), mounts));
-    from_verdicts(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)
+    Some(Ok(from_verdicts(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)))
 }
 
 /// The mounts of the sensors by tf; that of the camera by the parameters, where these do not leave it to tf.
