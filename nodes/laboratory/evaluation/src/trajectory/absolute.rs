@@ -1,6 +1,8 @@
 //! Absolute trajectory error: how far the aligned estimate is from the reference, pair by pair (Sturm et al.
 //! 2012, section IV.B).
 
+use std::borrow::Cow;
+
 use geometry::Stamp;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion};
 use serde::Serialize;
@@ -9,6 +11,11 @@ use super::statistics::Statistics;
 
 /// Quaternions whose sum is shorter than this have no mean: their rotations go in all directions.
 const LEAST_SUM: f64 = 1e-9;
+
+/// Bodies with a smaller turn between them are taken for one that is turned in error.
+const LEAST_OFFSET_RAD: f64 = 0.1;
+/// A turn between two bodies is constant if what is left without it is less than this share of it, in the mean square.
+const CONSTANT_SHARE: f64 = 0.25;
 
 /// The absolute errors of a trajectory.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -73,6 +80,30 @@ pub(super) fn score(pairs: &[MatchedPose], rotation_is_determined: bool) -> Opti
         rotation_offset_deg: offset.map(|offset| offset.angle().to_degrees()),
         rotation_without_offset_deg: without_offset,
     })
+}
+
+/// The turn from the reference's body to that of the estimate, where they are clearly two: a camera's optical axes and a robot's.
+pub(super) fn turn_of_bodies(
+    pairs: &[MatchedPose],
+    score: &AbsoluteScore,
+) -> Option<UnitQuaternion<f64>> {
+    let left = score.rotation_without_offset_deg?.rmse;
+    let offset = mean_turn(pairs)?;
+    let is_constant = left.to_radians() < CONSTANT_SHARE * offset.angle();
+    (offset.angle() >= LEAST_OFFSET_RAD && is_constant).then_some(offset)
+}
+
+/// The pairs with the estimate's body turned to that of the reference.
+pub(super) fn of_one_body(
+    pairs: &[MatchedPose],
+    turn: Option<UnitQuaternion<f64>>,
+) -> Cow<'_, [MatchedPose]> {
+    let Some(turn) = turn else { return Cow::Borrowed(pairs) };
+    let turned = |pair: &MatchedPose| {
+        let MatchedPose { stamp, at, estimate, reference, .. } = *pair;
+        MatchedPose::new(stamp, at, estimate * turn.inverse(), reference)
+    };
+    Cow::Owned(pairs.iter().map(turned).collect())
 }
 
 /// The rotation from the reference to the estimate, in the reference's body frame.

@@ -134,11 +134,13 @@ fn error_table(score: &TrajectoryScore) -> PageTable {
         rows.push(statistics_row(&format!("drift (m) {over}"), metres.as_ref()));
         rows.push(statistics_row(&format!("turn (deg) {over}"), degrees.as_ref()));
     }
-    PageTable {
-        caption: "Absolute errors (ATE) and relative errors (RPE)".to_owned(),
-        columns: COLUMNS.map(str::to_owned).to_vec(),
-        rows,
+    let mut caption = "Absolute errors (ATE) and relative errors (RPE)".to_owned();
+    if let Some(turn_deg) = score.body_turn_deg {
+        caption.push_str(&format!(
+            "; the latter without the {turn_deg:.2} degrees between the two bodies"
+        ));
     }
+    PageTable { caption, columns: COLUMNS.map(str::to_owned).to_vec(), rows }
 }
 
 fn statistics_row(name: &str, statistics: Option<&Statistics>) -> PageRow {

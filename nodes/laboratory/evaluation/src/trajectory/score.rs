@@ -9,7 +9,7 @@ use nalgebra::Isometry3;
 use serde::Serialize;
 
 use super::absolute::{self, AbsoluteScore, MatchedPose};
-use super::alignment::{self, AlignmentError, FoundAlignment};
+use super::alignment::{self, Alignment, AlignmentError, FoundAlignment};
 use super::association::{self, AssociationSummary, Pair};
 use super::coverage::{Coverage, CoverageUnit, Span, coverage};
 use super::path::{LeftOut, Times, Trajectory};
@@ -109,6 +109,9 @@ pub struct TrajectoryScore {
     pub alignment: FoundAlignment,
     /// The absolute errors.
     pub absolute: AbsoluteScore,
+    /// The constant turn from the reference's body to the estimate's, where they are clearly two, as a robot and its camera: relative
+    /// errors and drift are without it.
+    pub body_turn_deg: Option<f64>,
     /// The relative errors, one score per length.
     pub relative: Vec<RelativeScore>,
     /// The drift over segments.
@@ -162,6 +165,10 @@ pub fn score_trajectory(
     let matched = matched(&pairs, &poses, &alignment, reference, &at);
     let absolute = absolute::score(&matched, alignment.rotation_is_determined)
         .ok_or(TrajectoryScoreError::Alignment(AlignmentError::OutOfRange))?;
+    // Without an alignment a turn of the body and one of the frame cannot be told apart.
+    let is_turned = matches!(config.alignment, Alignment::Yaw | Alignment::Se3 | Alignment::Sim3);
+    let body_turn = is_turned.then(|| absolute::turn_of_bodies(&matched, &absolute)).flatten();
+    let of_one_body = absolute::of_one_body(&matched, body_turn);
     let score = TrajectoryScore {
         estimate: TrajectoryFacts::of(estimate),
         reference: TrajectoryFacts::of(reference),
@@ -169,10 +176,11 @@ pub fn score_trajectory(
         coverage: covered(&pairs, reference, &at, config),
         alignment,
         absolute,
-        relative: relative::scores(&matched, &config.relative).map_err(|error| {
+        body_turn_deg: body_turn.map(|turn| turn.angle().to_degrees()),
+        relative: relative::scores(&of_one_body, &config.relative).map_err(|error| {
             TrajectoryScoreError::TooManyStretches { delta: error.delta, most: error.most }
         })?,
-        segments: segments::score(&matched, &config.segments),
+        segments: segments::score(&of_one_body, &config.segments),
     };
     Ok(ScoredTrajectory { score, pairs: matched, reference: reference.poses().to_vec() })
 }

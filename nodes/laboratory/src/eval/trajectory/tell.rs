@@ -31,6 +31,11 @@ pub(super) fn print(score: &TrajectoryScore, formats: [&str; 2]) -> Result<(), F
         let name = format!("  without its constant {offset_deg:.2} (deg)");
         row(&name, score.absolute.rotation_without_offset_deg.as_ref())?;
     }
+    if let Some(turn_deg) = score.body_turn_deg {
+        console::print(format_args!(
+            "the two are of two bodies, with {turn_deg:.2} degrees between them: RPE and drift are without that turn"
+        ))?;
+    }
     for relative in &score.relative {
         let of = match relative.pairs {
             Pairs::All => "all",

@@ -28,6 +28,35 @@ fn an_estimate_in_another_frame_is_as_good_as_its_shape() {
     assert!(scored.score.relative[0].translation_m.unwrap().max < 1e-11);
 }
 
+/// Regression: the poses of a camera's optical axes against those of the robot that carries it had no ATE and a large RPE.
+#[test]
+fn a_camera_against_its_robot_has_no_relative_error() {
+    let truth = walk(200);
+    let score = |estimate: &[Isometry3<f64>], alignment| {
+        let config = TrajectoryScoreConfig { alignment, ..Default::default() };
+        score_trajectory(&stamped(estimate), &stamped(&truth), &config).unwrap().score
+    };
+    let robot_from_camera = pose([0.0; 3], [-1.2092, 1.2092, -1.2092]);
+    let camera: Vec<_> = truth.iter().map(|pose| pose * robot_from_camera).collect();
+    let of_camera = score(&camera, Alignment::Se3);
+    assert!((of_camera.body_turn_deg.unwrap() - 120.0).abs() < 0.01, "{of_camera:?}");
+    for relative in &of_camera.relative {
+        assert!(relative.translation_m.unwrap().max < 1e-9, "{relative:?}");
+        assert!(relative.rotation_deg.unwrap().max < 1e-6, "{relative:?}");
+    }
+    assert!(of_camera.segments.translation_percent.is_none_or(|percent| percent < 1e-9));
+    // Of one body nothing is taken out, and a frame that is turned is no body that is.
+    assert_eq!(score(&truth, Alignment::Se3).body_turn_deg, None);
+    let level: Vec<_> = (0..200)
+        .map(|index| pose([0.02 * f64::from(index), 0.0, 0.0], [0.0, 0.0, 0.05 * f64::from(index)]))
+        .collect();
+    let turned: Vec<_> = level.iter().map(|at| pose([0.0; 3], [0.0, 0.0, 1.0]) * at).collect();
+    let config = TrajectoryScoreConfig { alignment: Alignment::None, ..Default::default() };
+    let scored = score_trajectory(&stamped(&turned), &stamped(&level), &config).unwrap();
+    assert_eq!(scored.score.body_turn_deg, None);
+    assert!(scored.score.relative[0].translation_m.unwrap().max < 1e-9);
+}
+
 #[test]
 fn one_camera_needs_its_scale() {
     let truth = walk(200);
