@@ -125,7 +125,7 @@ fn with_overwrite_it_is_replaced() {
 }
 
 /// A command that cannot do its job, a part of what it says, and its exit code.
-const WRONG: [(&str, &str, i32); 22] = [
+const WRONG: [(&str, &str, i32); 23] = [
     ("run @none.mcap --out @out", "none.mcap", 1),
     ("run @words.txt --out @out", "words.txt", 1),
     ("run @small.mcap --params-file @bad.yaml --out @out", "window", 1),
@@ -145,6 +145,7 @@ const WRONG: [(&str, &str, i32); 22] = [
     ("import bag @folder -o @folder/small.mcap --overwrite", "cannot replace itself", 1),
     ("run @small.mcap --loop-closing --out @out", "--pose lidar", 1),
     ("run @small.mcap --pose lidar --scan /scan --out @out", "--scan has no effect", 1),
+    ("eval trajectory @poses.txt --ref @poses.txt --times @poses.txt", "--times has no effect", 1),
     ("odometry @small.mcap --of lidar --features lines -o @x", "are for a camera", 1),
     ("export @cloud.ply -o @out.las --edge 0.1", "--edge is of an octomap", 1),
     ("export @cloud.ply -o @out.las --heights 0.1 1", "--heights are of the occupancy grid", 1),

@@ -92,6 +92,10 @@ pub(crate) fn run(args: &TrajectoryArgs) -> Result<Outcome, Failure> {
         .read("--est-topic")?;
     let reference = Source { path: &args.reference, topic: args.ref_topic.as_deref(), times }
         .read("--ref-topic")?;
+    if times.is_some() && !estimate.takes_times && !reference.takes_times {
+        return Err(Failure::new("--times has no effect: both trajectories have stamps")
+            .fix("leave it out, or give files of KITTI, which have none"));
+    }
     let scored = score_trajectory(&estimate.trajectory, &reference.trajectory, &config)
         .map_err(|error| refused(&error))?;
     let printed = Printed {

@@ -56,7 +56,7 @@ pub(super) fn read(path: &Path, topic: Option<&str>, option: &str) -> Result<Rea
         return Err(failure.fix(format!("stillmap info {} lists its topics", path.display())));
     }
     let losses = unreadable + messages.losses().len();
-    Ok(Read { format: "bag", trajectory: Trajectory::stamped(poses), losses })
+    Ok(Read { format: "bag", trajectory: Trajectory::stamped(poses), losses, takes_times: false })
 }
 
 impl Wanted {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use bag_player::begins_as_a_bag;
-use evaluation::trajectory::{Trajectory, parse_stamps, parse_trajectory};
+use evaluation::trajectory::{Times, Trajectory, parse_stamps, parse_trajectory};
 
 use super::bag_poses;
 use robot::Failure;
@@ -23,6 +23,8 @@ pub(super) struct Read {
     pub(super) trajectory: Trajectory,
     /// Messages of a bag that could not be read.
     pub(super) losses: usize,
+    /// Whether the given stamps are those of its frames.
+    pub(super) takes_times: bool,
 }
 
 impl Source<'_> {
@@ -40,14 +42,17 @@ impl Source<'_> {
         let parsed = parse_trajectory(&read(path)?)
             .map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
         let mut trajectory = parsed.trajectory;
-        if let Some(times) = self.times {
+        let has_frames = matches!(trajectory.times(), Times::Frames(_));
+        let times = self.times.filter(|_| has_frames);
+        if let Some(times) = times {
             let stamps = parse_stamps(&read(times)?)
                 .map_err(|error| Failure::new(format!("{}: {error}", times.display())))?;
             trajectory = trajectory
                 .with_stamps(&stamps)
                 .map_err(|error| Failure::new(format!("{}: {error}", times.display())))?;
         }
-        Ok(Read { format: parsed.format.name(), trajectory, losses: 0 })
+        let (format, takes_times) = (parsed.format.name(), times.is_some());
+        Ok(Read { format, trajectory, losses: 0, takes_times })
     }
 }
 
