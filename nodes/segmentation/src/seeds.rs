@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use geometry::{DetectedCycle, DynamicZone, ReturnSpan};
 use nalgebra::{Point3, Vector3};
+use volume::DepthNoise;
 
 use crate::FreeSpaceConfig;
 use crate::angular::{azimuths_rad, points_in_zone};
@@ -24,6 +25,9 @@ const SEEDS_WITHIN_EDGES: f64 = 1.0;
 const PARTS_WITHIN_EDGES: f64 = 2.0;
 /// What is in free space moves by no more than this from one image to the next: 2 m/s at the 7 Hz of a scanner.
 const STEP_M: f64 = 0.3;
+/// Two images count together where the noise of depth is no more than this, in edges of the voxels: to 2.5 m. Farther away noise and
+/// the pose's errors show small groups in many images.
+const NOISE_IN_EDGES: f64 = 0.125;
 /// With so many newly occupied points in a zone, the others are left to the growth.
 const MIN_NEWLY_OCCUPIED: usize = 3;
 
@@ -119,10 +123,13 @@ pub fn seeds_of(
             is_seed[point] = true;
         }
     }
+    let edge_m = cycle.setup.voxel_edge_m;
     for group in groups_in_free_space(classes, candidates) {
         let alone = group.iter().filter(|&&point| classes[point] == PointClass::InFreeSpace);
         let alone: Vec<Point3<f64>> = alone.map(|&point| points.in_map[point]).collect();
-        let is_noise = alone.len() < MIN_BIRTH_POINTS;
+        let farthest_m = group.iter().map(|&point| points.distances_m[point]).fold(0.0, f64::max);
+        let noise_m = f64::from(DepthNoise::default().sigma_m(farthest_m as f32));
+        let is_noise = alone.len() < MIN_BIRTH_POINTS || noise_m > NOISE_IN_EDGES * edge_m;
         let before = if is_noise { 0 } else { in_free_space.of_group(&alone) };
         if alone.len() + before >= config.min_unzoned_points {
             group.iter().for_each(|&point| is_seed[point] = true);

@@ -213,7 +213,7 @@ fn a_small_thing_that_moves_is_an_object_by_two_images() {
         }
         let tracks = images.iter().map(|index| {
             let from_y_m = 0.4 * *index as f32 - 4.64;
-            let arm = upright(3.0, [from_y_m, from_y_m + 0.4], [-0.2, 0.04]);
+            let arm = upright(2.2, [from_y_m, from_y_m + 0.4], [-0.2, 0.04]);
             step(*index, [wall.clone(), arm].concat()).tracks.len()
         });
         tracks.max()
