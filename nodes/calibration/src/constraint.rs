@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Matrix6, Point3, Vector3, Vector6};
 
 use crate::calibrate::RigMounts;
 use crate::config::CalibrationConfig;
-use crate::optics::{DepthNoise, DepthOptics, EdgeSought, Patch, Surface, edge_at};
+use crate::optics::{DepthOptics, EdgeSought, ImageNoise, Patch, Surface, edge_at};
 use crate::returns::LidarReturn;
 
 /// The variance of a beam's azimuth in squares of its step: it was measured anywhere within (uniformly).
@@ -168,7 +168,7 @@ pub(crate) fn planes_of(
             _ => None,
         })
         .unzip();
-    let noise = DepthNoise::of(&patches);
+    let noise = ImageNoise::of(&patches);
     Planes {
         noisy: patches.iter().filter(|patch| patch.is_noisy(noise, config)).count(),
         constraints: threes
@@ -189,7 +189,7 @@ fn are_neighbours([before, one, after]: [&LidarReturn; 3]) -> bool {
 /// inwards of its own azimuth, which on a slanting surface is a shorter or a longer range.
 fn on_plane(
     [before, one, after]: [&LidarReturn; 3],
-    (patch, noise): (&Patch, DepthNoise),
+    (patch, noise): (&Patch, ImageNoise),
     mounts: &RigMounts,
     config: &CalibrationConfig,
 ) -> Option<Constraint> {

@@ -9,7 +9,7 @@ use geometry::{CameraModel, RayTable};
 use nalgebra::{Point3, Vector3};
 
 pub(crate) use edge::{EdgeSought, edge_at};
-pub(crate) use patch::{DepthNoise, Patch};
+pub(crate) use patch::{ImageNoise, Patch};
 
 /// How a depth camera sees; lens distortion is in the rays.
 #[derive(Clone, Copy, Debug)]

@@ -117,13 +117,12 @@ pub fn seeds_of(
             is_of_zone[point] = true;
         }
     }
+    let edge_m = cycle.setup.voxel_edge_m;
     for expected in expected {
-        let edge_m = cycle.setup.voxel_edge_m;
         for point in seeds_of_object(expected, (&points.in_map, known), candidates, edge_m) {
             is_seed[point] = true;
         }
     }
-    let edge_m = cycle.setup.voxel_edge_m;
     for group in groups_in_free_space(classes, candidates) {
         let alone = group.iter().filter(|&&point| classes[point] == PointClass::InFreeSpace);
         let alone: Vec<Point3<f64>> = alone.map(|&point| points.in_map[point]).collect();

@@ -80,12 +80,12 @@ impl Patch {
     }
 
     /// Whether pixels scatter by more than those of a plane, seen by a camera of this noise.
-    pub(crate) fn is_noisy(&self, noise: DepthNoise, config: &CalibrationConfig) -> bool {
+    pub(crate) fn is_noisy(&self, noise: ImageNoise, config: &CalibrationConfig) -> bool {
         self.variance_per_m2.sqrt() > MAX_SCATTER * self.expected_per_m(noise, config)
     }
 
     /// The deviation of a pixel's inverse depth: d(1 / z) = -dz / z^2.
-    fn expected_per_m(&self, noise: DepthNoise, config: &CalibrationConfig) -> f64 {
+    fn expected_per_m(&self, noise: ImageNoise, config: &CalibrationConfig) -> f64 {
         let inverse_depth = self.coefficients.x;
         let usual = config.depth_std_dev_m(1.0 / inverse_depth) * inverse_depth * inverse_depth;
         usual.max(noise.per_m)
@@ -95,7 +95,7 @@ impl Patch {
     pub(crate) fn surface(
         &self,
         point_in_camera_m: &Point3<f64>,
-        noise: DepthNoise,
+        noise: ImageNoise,
         config: &CalibrationConfig,
     ) -> Option<Surface> {
         let expected = self.expected_per_m(noise, config);
@@ -131,11 +131,11 @@ impl Patch {
 
 /// The noise of a depth camera where it is larger than a Kinect's: the standard deviation of its inverse depth.
 #[derive(Clone, Copy, PartialEq, Default, Debug)]
-pub(crate) struct DepthNoise {
+pub(crate) struct ImageNoise {
     per_m: f64,
 }
 
-impl DepthNoise {
+impl ImageNoise {
     /// By how much the pixels of patches scatter. A quarter of them are plane in any room; what is not scatters by more.
     pub(crate) fn of(patches: &[Patch]) -> Self {
         let mut deviations: Vec<f64> =

@@ -16,7 +16,7 @@ fn plane_at(
     optics: DepthOptics<'_>,
     config: &CalibrationConfig,
 ) -> Option<Surface> {
-    Patch::around(point, image, optics, config)?.surface(point, DepthNoise::default(), config)
+    Patch::around(point, image, optics, config)?.surface(point, ImageNoise::default(), config)
 }
 
 fn wall() -> (Vector3<f64>, f64) {

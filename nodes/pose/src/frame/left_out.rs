@@ -128,12 +128,7 @@ impl LeftOut {
 
     /// Leaves out what the other does, too.
     pub fn extend(&mut self, other: &Self) {
-        let marked = |list: &[bool]| {
-            let marked = list.iter().enumerate().filter(|(_, is_left_out)| **is_left_out);
-            marked.map(|(index, _)| index).collect::<Vec<_>>()
-        };
-        let (corners, lines) = (marked(&other.corners), marked(&other.lines));
-        self.add(corners.into_iter(), lines.into_iter());
+        self.add(marked(&other.corners), marked(&other.lines));
     }
 
     /// Whether a corner is left out.
@@ -147,6 +142,11 @@ impl LeftOut {
     pub fn has_line(&self, index: usize) -> bool {
         self.lines.get(index).copied().unwrap_or(false)
     }
+}
+
+/// The indices of what is marked.
+fn marked(list: &[bool]) -> impl Iterator<Item = usize> {
+    list.iter().enumerate().filter_map(|(index, is_marked)| is_marked.then_some(index))
 }
 
 impl Frame {

@@ -77,6 +77,11 @@ impl LocalMapConfig {
         nearer_m < self.hiding_share * farther_m
     }
 
+    /// Whether what has one depth may be what has the other: neither hides the other.
+    pub(super) fn may_be_one(&self, one_m: f64, other_m: f64) -> bool {
+        !self.hides(one_m, other_m) && !self.hides(other_m, one_m)
+    }
+
     /// A corner is as sure as the pixels of its level.
     pub(super) fn pixel_std_dev_px(&self, level: u8) -> f64 {
         self.point_std_dev_px * self.pyramid.scale_factor.powi(i32::from(level))

@@ -110,7 +110,7 @@ impl LineLandmark {
         let Some(seen) = in_space.filter(|_| is_located) else { return true };
         let depth_m = (view.camera_from_map * self.middle_m()).z;
         let seen_m = nalgebra::center(&seen.start_m, &seen.end_m).z;
-        !config.hides(seen_m, depth_m) && !config.hides(depth_m, seen_m)
+        config.may_be_one(seen_m, depth_m)
     }
 
     /// The place between its ends.

@@ -120,7 +120,7 @@ impl PointLandmark {
     ) -> bool {
         let Some(depth) = depth.filter(|_| self.is_located(config)) else { return true };
         let depth_m = (view.camera_from_map * self.position_m).z;
-        !config.hides(depth.depth_m, depth_m) && !config.hides(depth_m, depth.depth_m)
+        config.may_be_one(depth.depth_m, depth_m)
     }
 
     /// The observation of the pose by a corner, were it this landmark and its place known.
