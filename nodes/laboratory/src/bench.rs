@@ -1,5 +1,5 @@
 //! `stillmap bench`: the throughput and latency of the transport on this machine, with separate publishing and subscribing
-//! ends; and the time of a cycle over an hour.
+//! ends; the time of a cycle over an hour; and the suite live for as long.
 
 mod figures;
 mod latency;
@@ -7,6 +7,7 @@ mod pair;
 mod publish;
 mod reception;
 mod sample;
+mod soak;
 mod subscribe;
 mod tour;
 mod transport;
@@ -37,6 +38,8 @@ pub enum BenchArgs {
     Transport(transport::TransportArgs),
     /// An hour's tour through a simulated building: the time of a cycle in each minute, and the memory
     Tour(tour::TourArgs),
+    /// The suite live for an hour: memory, open files and threads that grow
+    Soak(soak::SoakArgs),
 }
 
 /// The QoS of the topic.
@@ -70,6 +73,7 @@ pub(crate) fn run(args: BenchArgs, ros: &RosArguments) -> Result<Outcome, Failur
         BenchArgs::Pair(args) => pair::run(&args, ros),
         BenchArgs::Transport(args) => transport::run(&args),
         BenchArgs::Tour(args) => tour::run(&args),
+        BenchArgs::Soak(args) => soak::run(&args, ros),
     }
 }
 

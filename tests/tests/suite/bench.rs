@@ -81,3 +81,22 @@ fn the_ends_meet_on_their_own_and_count_what_they_exchange() {
     assert_eq!(report["out_of_order"], 0, "{report}");
     assert_eq!(report["publishers_peak"], 1, "{report}");
 }
+
+#[test]
+fn a_soak_tells_what_the_suite_holds_while_it_maps() {
+    let soak = |minutes: &str| -> Value {
+        let line = ["bench", "soak", "--minutes", minutes, "--map-edge", "0.1", "--json"];
+        serde_json::from_str(&succeed(line)).unwrap()
+    };
+    // On a busy machine the first cycle may come late: then for longer.
+    let found = ["0.1", "0.5", "2"].into_iter().map(soak).find(|report| {
+        report["minutes"].as_array().unwrap().iter().any(|minute| minute["voxels"] != 0)
+    });
+    let report = found.expect("no cycle in two minutes");
+    assert!(report["drift"].is_null(), "{report}");
+    let row = &report["minutes"][0];
+    assert!(row["cycles"].as_u64().unwrap() > 0, "{row}");
+    assert!(row["rss_bytes"].as_u64().unwrap() > 10_000_000, "{row}");
+    assert!(row["descriptors"].as_u64().unwrap() > 50, "{row}");
+    assert!(row["threads"].as_u64().unwrap() > 3, "{row}");
+}

@@ -1,7 +1,7 @@
 //! `stillmap bench tour`: an hour through a simulated building, with a bounded map: the time of a cycle
 //! in each minute, and the memory of the cores.
 
-mod building;
+pub(super) mod building;
 mod drive;
 mod minute;
 
@@ -238,7 +238,7 @@ fn line(row: &MinuteRow) -> Vec<String> {
     ]
 }
 
-fn minutes(text: &str) -> Result<f64, String> {
+pub(super) fn minutes(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(minutes) if minutes > 0.0 && minutes <= LONGEST_MINUTES => Ok(minutes),
         _ => Err(format!("accepted are minutes above 0, up to {LONGEST_MINUTES}")),

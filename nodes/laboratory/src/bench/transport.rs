@@ -7,7 +7,7 @@ mod end;
 pub(super) mod machine;
 mod measurement;
 mod ours;
-mod pipe;
+pub(super) mod pipe;
 mod place;
 mod scenario;
 pub(super) mod table;

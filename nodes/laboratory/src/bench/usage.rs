@@ -34,6 +34,16 @@ impl Usage {
     }
 }
 
+/// The open files and sockets of a process; `None` as [`Usage::of`].
+pub(super) fn descriptors_of(process: u32) -> Option<usize> {
+    Some(std::fs::read_dir(format!("/proc/{process}/fd")).ok()?.count())
+}
+
+/// The threads of a process; `None` as [`Usage::of`].
+pub(super) fn threads_of(process: u32) -> Option<usize> {
+    Some(std::fs::read_dir(format!("/proc/{process}/task")).ok()?.count())
+}
+
 /// The CPU time of this process on all cores.
 pub(super) fn own_cpu() -> Duration {
     let time = clock_gettime(ClockId::ProcessCPUTime);

@@ -14,7 +14,7 @@ pub(super) const SIDES: usize = 4;
 /// The time for a side, with its corner.
 pub(super) const SIDE_S: f64 = 60.0;
 /// The time for one lap.
-pub(super) const LAP_S: f64 = SIDES as f64 * SIDE_S;
+pub(in crate::bench) const LAP_S: f64 = SIDES as f64 * SIDE_S;
 /// From corner to corner, along the corridor's middle.
 const SIDE_M: f64 = 28.0;
 /// The time for the turn into the next side.
@@ -38,7 +38,12 @@ const CROSSING_REST_S: f64 = 1.0;
 const IMAGES_HZ: f64 = 14.0;
 
 /// One lap through the building, as long as `duration_s`: its noise by the lap's number, its stamps from `start`.
-pub(super) fn lap(number: u64, start: Stamp, duration_s: f64, size_px: (usize, usize)) -> Scenario {
+pub(in crate::bench) fn lap(
+    number: u64,
+    start: Stamp,
+    duration_s: f64,
+    size_px: (usize, usize),
+) -> Scenario {
     let mut rig = Rig { path: way(), ..Rig::default() };
     rig.depth_camera.rate_hz = IMAGES_HZ;
     Scenario {

@@ -8,13 +8,13 @@ use std::thread::JoinHandle;
 const LONGEST_LINE: u64 = 64 << 10;
 
 /// Folds the lines of a pipe into a value, on a separate thread.
-pub(super) struct Lines<T> {
+pub(in crate::bench) struct Lines<T> {
     reader: Option<JoinHandle<T>>,
 }
 
 impl<T: Default + Send + 'static> Lines<T> {
     /// Reads until the pipe's other end closes.
-    pub(super) fn fold(
+    pub(in crate::bench) fn fold(
         pipe: Option<impl Read + Send + 'static>,
         mut take: impl FnMut(&mut T, &str) + Send + 'static,
     ) -> Self {
@@ -35,7 +35,7 @@ impl<T: Default + Send + 'static> Lines<T> {
     }
 
     /// Waits for the end of the pipe. Call it after the process has ended.
-    pub(super) fn finish(self) -> T {
+    pub(in crate::bench) fn finish(self) -> T {
         self.reader.and_then(|reader| reader.join().ok()).unwrap_or_default()
     }
 }
@@ -44,7 +44,9 @@ impl<T: Default + Send + 'static> Lines<T> {
 const LAST_LINES: usize = 5;
 
 /// The last lines of a pipe.
-pub(super) fn last_lines(pipe: Option<impl Read + Send + 'static>) -> Lines<VecDeque<String>> {
+pub(in crate::bench) fn last_lines(
+    pipe: Option<impl Read + Send + 'static>,
+) -> Lines<VecDeque<String>> {
     Lines::fold(pipe, |lines: &mut VecDeque<String>, line| {
         if lines.len() == LAST_LINES {
             lines.pop_front();
