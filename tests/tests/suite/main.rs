@@ -20,6 +20,7 @@ mod sensors;
 
 mod codemap;
 mod config_files;
+mod dependencies;
 mod documents;
 mod drivers;
 mod import;
