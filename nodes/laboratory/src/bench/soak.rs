@@ -62,7 +62,7 @@ struct Report {
 
 pub(crate) fn run(args: &SoakArgs, ros: &RosArguments) -> Result<Outcome, Failure> {
     args.figures.check()?;
-    let (minutes, outcome) = super::as_node("soak", ros, async {
+    let Soaked { minutes, end } = super::as_node("soak", ros, async {
         let node = Node::start("soak", ros).map_err(super::shell_failure)?;
         let soaked = soak(args, &node).await;
         node.close().await;
@@ -76,14 +76,21 @@ pub(crate) fn run(args: &SoakArgs, ros: &RosArguments) -> Result<Outcome, Failur
         minutes,
     };
     args.figures.tell(&report, &report.machine, [text(&report)])?;
+    let outcome = end?;
     match report.drift.and_then(Drift::growth) {
         Some(growth) => Err(Failure::new(growth)),
         None => Ok(outcome),
     }
 }
 
-/// Drives until the time is over, or a signal comes.
-async fn soak(args: &SoakArgs, node: &Node) -> Result<(Vec<MinuteRow>, Outcome), Failure> {
+/// The minutes until the end, and how that came.
+struct Soaked {
+    minutes: Vec<MinuteRow>,
+    end: Result<Outcome, Failure>,
+}
+
+/// Drives until the time is over, a signal comes, or the suite ends.
+async fn soak(args: &SoakArgs, node: &Node) -> Result<Soaked, Failure> {
     let namespace = format!("/soak_{}", std::process::id());
     let watch = Watch::new(node, &namespace)?;
     let rig = SimulatedRig::new(node, &namespace)?;
@@ -92,16 +99,17 @@ async fn soak(args: &SoakArgs, node: &Node) -> Result<(Vec<MinuteRow>, Outcome),
     let progress = Progress::new("minutes", args.minutes.ceil() as u64);
     let over = tokio::time::sleep(Duration::from_secs_f64(args.minutes * LENGTH_S));
     let mut minutes = Minutes::default();
-    let outcome = tokio::select! {
+    let end = tokio::select! {
         biased;
-        () = shutdown.wait() => Outcome::Interrupted,
-        () = over => Outcome::Complete,
-        failed = rig.drive() => return Err(failed),
-        failed = watch.follow(&suite, &mut minutes, &progress) => return Err(failed),
+        () = shutdown.wait() => Ok(Outcome::Interrupted),
+        () = over => Ok(Outcome::Complete),
+        failed = rig.drive() => Err(failed),
+        failed = watch.follow(&suite, &mut minutes, &progress) => Err(failed),
     };
     progress.finish();
-    suite.stop()?;
-    Ok((minutes.rows(), outcome))
+    // Where it has ended by itself, this has its last words.
+    let stopped = suite.stop();
+    Ok(Soaked { minutes: minutes.rows(), end: stopped.and(end) })
 }
 
 /// The table, and what it says.
