@@ -3,7 +3,9 @@
 #[cfg(test)]
 mod tests;
 
-use geometry::{BeamFill, MovingBeam};
+use std::iter;
+
+use geometry::{BeamFill, MovingBeam, rays_in_turn};
 
 use super::ConvertError;
 use super::cloud::layout::FieldPlace;
@@ -11,6 +13,12 @@ use super::colour::BlackPixel;
 use super::depth::unmeasured_pixel;
 use super::rows::{Rows, StatedSizes};
 use crate::sensor_msgs::{Image, LaserScan, PointCloud2};
+
+/// The beams of a message in the direction of this one: itself, and where the scan goes on beyond a turn, the same one again.
+fn in_direction_of(message: &LaserScan, index: usize) -> impl Iterator<Item = usize> + use<> {
+    let again = rays_in_turn(message.angle_increment).map(|turn| index.saturating_add(turn));
+    iter::once(index).chain(again)
+}
 
 /// The scan without the beams that move. Beams beyond the scan's last are ignored.
 #[must_use]
@@ -23,8 +31,10 @@ pub fn static_scan(message: &LaserScan, moving: &[MovingBeam], fill: BeamFill) -
                 beam.background_m.filter(|range_m| *range_m <= message.range_max)
             }
         };
-        if let Some(range_m) = filtered.ranges.get_mut(beam.index as usize) {
-            *range_m = known_m.unwrap_or(f32::NAN);
+        for index in in_direction_of(message, beam.index as usize) {
+            if let Some(range_m) = filtered.ranges.get_mut(index) {
+                *range_m = known_m.unwrap_or(f32::NAN);
+            }
         }
     }
     filtered
@@ -36,10 +46,11 @@ pub fn dynamic_scan(message: &LaserScan, moving: &[MovingBeam]) -> LaserScan {
     let mut filtered = message.clone();
     filtered.ranges.fill(f32::NAN);
     for beam in moving {
-        let index = beam.index as usize;
-        if let (Some(to), Some(from)) = (filtered.ranges.get_mut(index), message.ranges.get(index))
-        {
-            *to = *from;
+        for index in in_direction_of(message, beam.index as usize) {
+            let ranges = (filtered.ranges.get_mut(index), message.ranges.get(index));
+            if let (Some(to), Some(from)) = ranges {
+                *to = *from;
+            }
         }
     }
     filtered

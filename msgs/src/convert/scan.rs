@@ -1,17 +1,19 @@
 //! Laser scans.
 
-use geometry::Scan;
+use geometry::{Scan, rays_without_overlap};
 
 use super::{ConvertError, stamp_from_time, time_from_stamp};
 use crate::sensor_msgs::LaserScan;
 use crate::std_msgs::Header;
 
 /// The scan of a message. `angle_max` and the intensities are not used: the angle of a ray follows
-/// from the first angle and the increment. Times that are not finite or negative become 0, unknown.
+/// from the first angle and the increment. Times that are not finite or negative become 0, unknown. Some rays more than a turn
+/// has are left out.
 ///
 /// # Errors
 /// When the scan says nothing: [`Scan::validate`].
 pub fn scan_from_message(message: &LaserScan) -> Result<Scan, ConvertError> {
+    let rays = rays_without_overlap(message.ranges.len(), message.angle_increment);
     let scan = Scan {
         stamp: stamp_from_time(message.header.stamp),
         frame_id: message.header.frame_id.clone(),
@@ -21,7 +23,7 @@ pub fn scan_from_message(message: &LaserScan) -> Result<Scan, ConvertError> {
         scan_time_s: known_time_s(message.scan_time),
         range_min_m: message.range_min,
         range_max_m: message.range_max,
-        ranges_m: message.ranges.clone(),
+        ranges_m: message.ranges.iter().take(rays).copied().collect(),
     };
     scan.validate()?;
     Ok(scan)
@@ -132,6 +134,20 @@ mod tests {
                 "{least} {most}: {error}"
             );
         }
+    }
+
+    #[test]
+    fn some_rays_more_than_a_turn_has_are_left_out() {
+        for (rays, read) in [(456, 456), (458, 458), (460, 456), (501, 456)] {
+            let increment = TAU / 456.0;
+            for angle_increment in [increment, -increment] {
+                let message = LaserScan { angle_increment, ..turn(rays) };
+                let scan = scan_from_message(&message).unwrap();
+                assert_eq!(scan.ranges_m, message.ranges[..read], "{rays} rays");
+            }
+        }
+        let message = LaserScan { angle_increment: TAU / 456.0, ..turn(502) };
+        assert!(scan_from_message(&message).is_err());
     }
 
     #[test]

@@ -99,7 +99,7 @@ pub use pose::{
 pub use revolution::{LidarReturn, Revolution, RevolutionSizeError};
 pub use rig::{ExtrinsicsSource, RigConfig, RigMounts, is_same_mount};
 pub use robot_box::{RobotBox, RobotPixels};
-pub use scan::{BeamOrder, Scan, ScanError};
+pub use scan::{BeamOrder, Scan, ScanError, rays_in_turn, rays_without_overlap};
 pub use scan_from_depth::{ScanBand, ScanCutter, ScanFromDepth, ScanFromDepthError};
 pub use scan_ray::ScanRay;
 pub use stamp::Stamp;

@@ -54,6 +54,28 @@ pub struct Scan {
 /// Increments by which a scan may exceed one turn: drivers differ in whether the last ray repeats the first, and round their
 /// increments.
 const SPARE_INCREMENTS: f64 = 2.0;
+/// The part of a turn by which a scan may go on beyond it, to be cut off there: drivers that end a scan where they see its first
+/// angle again have some rays twice. One that goes on for longer has a wrong increment.
+const MOST_OVERLAP: f64 = 0.1;
+
+/// How many rays a turn has; `None` where the increment is no angle.
+#[must_use]
+pub fn rays_in_turn(angle_increment_rad: f32) -> Option<usize> {
+    let rays = (TAU / f64::from(angle_increment_rad).abs()).round();
+    (rays.is_finite() && rays >= 1.0).then_some(rays as usize)
+}
+
+/// How many of `rays` are to be read: those of one turn, where some more were sent.
+#[must_use]
+pub fn rays_without_overlap(rays: usize, angle_increment_rad: f32) -> usize {
+    match rays_in_turn(angle_increment_rad) {
+        Some(turn) if rays > turn + SPARE_INCREMENTS as usize => {
+            let most = turn as f64 * (1.0 + MOST_OVERLAP);
+            if rays as f64 <= most { turn } else { rays }
+        }
+        _ => rays,
+    }
+}
 
 /// A scan says nothing of any place.
 #[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]

@@ -26,6 +26,18 @@ fn a_beam_is_filled_only_where_the_background_is_known_and_in_range() {
 }
 
 #[test]
+fn a_ray_that_a_scan_has_again_after_a_turn_is_judged_as_the_first_time() {
+    let angle_increment = std::f32::consts::TAU / 4.0;
+    let message = LaserScan { ranges: vec![1.0; 6], angle_increment, ..LaserScan::default() };
+    let moving = beams(&[false, true, false, false], None);
+    let cut = static_scan(&message, &moving, BeamFill::Nan);
+    assert_eq!(bits(&cut.ranges), bits(&[1.0, f32::NAN, 1.0, 1.0, 1.0, f32::NAN]));
+    let alone = dynamic_scan(&message, &moving);
+    let nan = f32::NAN;
+    assert_eq!(bits(&alone.ranges), bits(&[nan, 1.0, nan, nan, nan, 1.0]));
+}
+
+#[test]
 fn a_mask_of_another_size_is_refused_with_both() {
     let image = Image {
         encoding: "16UC1".to_owned(),
