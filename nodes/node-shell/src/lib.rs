@@ -86,6 +86,7 @@ pub use node::clock::{ClockJumps, NodeClock};
 pub use node::endpoints::RawType;
 pub use node::host::{Host, let_peers_run};
 pub use node::life::LifecycleState;
+pub use node::stamp_check::{StampCheck, StampOrder};
 pub use process::failure::{EXIT_UNUSABLE, NodeFailure};
 pub use process::log;
 pub use process::panicked::{Panicked, caught};

@@ -4,6 +4,7 @@ pub(crate) mod clock;
 pub(crate) mod endpoints;
 pub(crate) mod host;
 pub(crate) mod life;
+pub(crate) mod stamp_check;
 
 use std::sync::Arc;
 

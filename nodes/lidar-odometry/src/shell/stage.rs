@@ -2,7 +2,6 @@
 
 mod reporting;
 mod sectors;
-mod time_check;
 
 use std::sync::Arc;
 
@@ -11,7 +10,10 @@ use msgs::convert::{self, LidarCloudReading, PointTimes, TimeUnit};
 use msgs::velodyne_msgs::VelodyneScan;
 use nalgebra::{Isometry3, Point3};
 use node_shell::parameters::NodeParameters;
-use node_shell::{Counters, Node, NodeFailure, Panicked, StageReporter, StepTimer, Throttle};
+use node_shell::{
+    Counters, Node, NodeFailure, Panicked, StageReporter, StampCheck, StampOrder, StepTimer,
+    Throttle,
+};
 
 use super::PROGRAM;
 use super::hints::Hints;
@@ -26,7 +28,6 @@ use crate::loop_closing::KnownLoops;
 use crate::odometry::{Follower, FollowerError, LidarPose, Outcome, Refusal, deskewed_cloud};
 use crate::revolution::{BuiltRevolution, RevolutionAssembly};
 use sectors::Sectors;
-use time_check::{Time, TimeCheck};
 
 /// The conditions in the diagnostics.
 const TRACKING: &str = "tracking";
@@ -57,7 +58,7 @@ pub struct Stage {
     late_scans: u32,
     /// How many were left out by the last pose.
     left_out: u64,
-    time_check: TimeCheck,
+    stamp_check: StampCheck,
     times: Option<PointTimes>,
     sectors: Sectors,
     /// Where the scanner was last, and when.
@@ -97,7 +98,7 @@ impl Stage {
             next_scan: 0,
             late_scans: 0,
             left_out: 0,
-            time_check: TimeCheck::default(),
+            stamp_check: StampCheck::default(),
             times: None,
             sectors: Sectors::default(),
             last: None,
@@ -111,7 +112,7 @@ impl Stage {
     /// For a recording: where its time goes back it ends, in place of beginning anew at another place.
     #[must_use]
     pub fn of_a_recording(self) -> Self {
-        Self { time_check: TimeCheck::of_a_recording(), ..self }
+        Self { stamp_check: StampCheck::of_a_recording(), ..self }
     }
 
     /// The next message. May be dropped while it waits.
@@ -223,9 +224,9 @@ impl Stage {
     ) {
         timer.end_of("decode");
         let left_out = self.inputs.left_out();
-        match self.time_check.judge(cloud.stamp, self.last.map(|(stamp, _)| stamp)) {
-            Time::Follows => {}
-            Time::Doubtful { later_s } => {
+        match self.stamp_check.judge(cloud.stamp, self.last.map(|(stamp, _)| stamp)) {
+            StampOrder::Follows => {}
+            StampOrder::Doubtful { later_s } => {
                 let reason = format!(
                     "its stamp is {:.3} s {} that of the last scan, and no other scan's agrees",
                     later_s.abs(),
@@ -234,15 +235,15 @@ impl Stage {
                 self.note_trouble(&format!("degraded: a scan is left out: {reason}"));
                 return self.drop_scan(cloud.stamp, "doubtful stamp", &reason);
             }
-            Time::BeginsAnew { later_s } => self.begin_anew(later_s),
-            Time::Ended => return self.drop_after_the_end(cloud.stamp),
+            StampOrder::BeginsAnew { later_s } => self.begin_anew(later_s),
+            StampOrder::Ended => return self.drop_after_the_end(cloud.stamp),
         }
         let hint = self.hints.between(self.follower.interval(cloud));
         let mut stepped = self.follower.step(cloud, &hint);
         if let Err(FollowerError::Scan(Refusal::NotLater { since_s })) = stepped {
             self.late_scans += 1;
             if self.late_scans >= MOST_LATE_SCANS {
-                let Time::BeginsAnew { later_s } = self.time_check.go_back(since_s) else {
+                let StampOrder::BeginsAnew { later_s } = self.stamp_check.go_back(since_s) else {
                     return self.drop_after_the_end(cloud.stamp);
                 };
                 self.begin_anew(later_s);
@@ -335,7 +336,7 @@ impl Stage {
     /// By how much time has gone back where the recording ended; `None` while it has not.
     #[must_use]
     pub fn gone_back_s(&self) -> Option<f64> {
-        self.time_check.gone_back_s()
+        self.stamp_check.gone_back_s()
     }
 
     /// The known loops as of the last scan; `None` without loop closing.

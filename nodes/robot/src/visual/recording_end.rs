@@ -1,53 +1,42 @@
 //! Where a recording ends, although images follow: those of another time are another recording's.
 
 use geometry::Stamp;
-
-/// As in the odometry of a LiDAR: an image that is earlier by this much belongs to another time. One that is a little late does not.
-const BACK_IN_TIME_S: f64 = 0.5;
-/// So does one that is later by this much, until another one agrees.
-const AHEAD_IN_TIME_S: f64 = 10.0;
+use node_shell::{StampCheck, StampOrder};
 
 /// Judges the stamps of a recording's images. A wrong stamp changes no other; where two images in a row are of an earlier time, the clock
 /// was set back, or a second recording begins.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct RecordingEnd {
+    stamps: StampCheck,
     last: Option<Stamp>,
-    /// That of the image before, if it was of another time.
-    doubtful: Option<Stamp>,
-    gone_back_s: Option<f64>,
     left_out: u64,
+}
+
+impl Default for RecordingEnd {
+    fn default() -> Self {
+        Self { stamps: StampCheck::of_a_recording(), last: None, left_out: 0 }
+    }
 }
 
 impl RecordingEnd {
     /// Whether the image of this stamp belongs to the recording.
     pub(super) fn admits(&mut self, stamp: Stamp) -> bool {
-        let admits = self.gone_back_s.is_none() && self.follows(stamp);
+        let admits = match self.stamps.judge(stamp, self.last) {
+            StampOrder::Follows => {
+                self.last = Some(stamp);
+                true
+            }
+            // The pose node says what it makes of an image after a pause.
+            StampOrder::Doubtful { later_s } => later_s > 0.0,
+            StampOrder::BeginsAnew { .. } | StampOrder::Ended => false,
+        };
         self.left_out += u64::from(!admits);
         admits
     }
 
-    fn follows(&mut self, stamp: Stamp) -> bool {
-        let before = self.doubtful.take();
-        let later_s = self.last.map_or(0.0, |last| stamp.seconds_since(last));
-        if (-BACK_IN_TIME_S..=AHEAD_IN_TIME_S).contains(&later_s) {
-            self.last = Some(stamp);
-            return true;
-        }
-        let since_s = before.map(|before| stamp.seconds_since(before));
-        let agrees = since_s.is_some_and(|since_s| since_s > 0.0 && since_s < later_s.abs());
-        if agrees && later_s < 0.0 {
-            self.gone_back_s = Some(-later_s);
-        } else if agrees {
-            self.last = Some(stamp);
-        } else {
-            self.doubtful = Some(stamp);
-        }
-        later_s > 0.0
-    }
-
     /// By how much time has gone back where the recording has ended; `None` while it has not.
     pub(super) fn gone_back_s(&self) -> Option<f64> {
-        self.gone_back_s
+        self.stamps.gone_back_s()
     }
 
     /// The number of images of another time.
