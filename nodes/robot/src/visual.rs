@@ -21,7 +21,7 @@ use pose::shell::{ImageInput, PoseParameters, Stage};
 
 pub(crate) use self::lost::LostSpan;
 use self::recording_end::RecordingEnd;
-pub(crate) use self::without_pose::WithoutPose;
+pub(crate) use self::without_pose::{DropsOfCause, WithoutPose};
 use crate::pose_listener::PoseListener;
 use crate::run::view_topics::DepthImageError;
 pub use topics::{VisualTopicArgs, VisualTopics, depth_info_topic, depth_topic};

@@ -4,7 +4,7 @@ use pose::shell::PoseParameters;
 
 use crate::failure::Failure;
 use crate::run::are_many;
-use crate::visual::VisualOdometry;
+use crate::visual::{DropsOfCause, VisualOdometry};
 
 /// How the cause of messages that the node cannot use begins.
 const UNUSABLE_MESSAGE_ON: &str = "unusable message on ";
@@ -18,7 +18,7 @@ pub(super) fn findings(
     let without_pose = odometry.without_pose();
     let mut findings: Vec<Failure> =
         odometry.lost_after_the_end().map(Failure::new).into_iter().collect();
-    for (cause, count) in without_pose.drops() {
+    for (cause, DropsOfCause { count, .. }) in without_pose.drops() {
         if let Some(topic) = cause.strip_prefix(UNUSABLE_MESSAGE_ON) {
             findings.push(
                 Failure::new(format!("{topic}: {count} messages cannot be used"))

@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::console;
 use crate::failure::Failure;
 use crate::pose_listener::path_m;
-use crate::visual::{LostSpan, VisualOdometry};
+use crate::visual::{DropsOfCause, LostSpan, VisualOdometry};
 
 /// The cause of pairs whose camera was followed, but not yet found in the loaded map.
 const NOT_IN_THE_MAP: &str = "not found in the map";
@@ -95,7 +95,12 @@ impl OdometrySummary {
         let mut inliers: Vec<u64> = counted(&processed, "inliers").collect();
         inliers.sort_unstable();
         let without_pose = odometry.without_pose();
-        let mut without_a_pose = without_pose.drops().clone();
+        let drops = without_pose.drops().iter();
+        let mut without_a_pose: BTreeMap<String, u64> =
+            drops.clone().map(|(cause, drops)| (cause.clone(), drops.count)).collect();
+        let first_reason = |(cause, drops): (&String, &DropsOfCause)| {
+            Some((cause.clone(), drops.first_reason.clone()?))
+        };
         let not_in_the_map = processed.len().saturating_sub(odometry.poses().len()) as u64;
         if not_in_the_map > 0 {
             without_a_pose.insert(NOT_IN_THE_MAP.to_owned(), not_in_the_map);
@@ -105,7 +110,7 @@ impl OdometrySummary {
             poses: poses.len(),
             path_m: path_m(poses),
             without_a_pose,
-            reasons: without_pose.reasons().clone(),
+            reasons: drops.filter_map(first_reason).collect(),
             lost: without_pose.lost().map(|span| Lost::of(span, poses)).collect(),
             loops_closed: loops_closed(&processed),
             inliers_median: inliers.get(inliers.len() / 2).copied().unwrap_or(0),

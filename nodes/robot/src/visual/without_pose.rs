@@ -17,14 +17,21 @@ const LONGEST_ALONE_S: f64 = 1.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WithoutPose {
     reports_seen: usize,
-    drops: BTreeMap<String, u64>,
-    reasons: BTreeMap<String, String>,
+    drops: BTreeMap<String, DropsOfCause>,
     pairs: usize,
     stretch: Stretch,
     missing_partners: u64,
     /// Of images without a partner, by the reason: each camera has its own.
     alone: BTreeMap<String, Vec<Stamp>>,
     lost: LostSpans,
+}
+
+/// What was dropped for one cause.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct DropsOfCause {
+    pub(crate) count: u64,
+    /// Why the first was, where the node has said it.
+    pub(crate) first_reason: Option<String>,
 }
 
 /// A part of a recording without any pair.
@@ -38,14 +45,10 @@ struct Stretch {
 
 impl WithoutPose {
     /// Takes the reports and the counters as they are after a message.
-    pub(super) fn note(&mut self, reports: &[StageReport], drops: BTreeMap<String, u64>) {
+    pub(super) fn note(&mut self, reports: &[StageReport], counts: BTreeMap<String, u64>) {
         let new = reports.get(self.reports_seen..).unwrap_or_default();
         self.reports_seen = reports.len();
-        let risen: BTreeMap<&str, u64> = drops
-            .iter()
-            .map(|(cause, count)| (cause.as_str(), count - self.drops.get(cause).unwrap_or(&0)))
-            .filter(|(_, more)| *more > 0)
-            .collect();
+        let risen = self.count(counts);
         let more = |cause: &str| risen.get(cause).copied().unwrap_or(0);
         let (images, depths) = (more(Stage::IMAGE_WITHOUT_DEPTH), more(Stage::DEPTH_WITHOUT_IMAGE));
         // Images without a partner come before the pair that has shown it.
@@ -65,12 +68,21 @@ impl WithoutPose {
                 self.stretch.end = Some(stamp);
                 self.alone.entry(report.drop_reason.clone()).or_default().push(stamp);
             }
-            let mut causes = risen.keys().copied().filter(|cause| is_alone(cause) != is_of_a_pair);
+            let mut causes = risen.keys().filter(|cause| is_alone(cause) != is_of_a_pair);
             if let (false, Some(cause), None) = (report.processed, causes.next(), causes.next()) {
-                self.reasons.entry(cause.to_owned()).or_insert_with(|| report.drop_reason.clone());
+                let drops = self.drops.entry(cause.clone()).or_default();
+                drops.first_reason.get_or_insert_with(|| report.drop_reason.clone());
             }
         }
-        self.drops = drops;
+    }
+
+    /// Takes the counters as they are now. Returns by how much those have risen that have.
+    fn count(&mut self, counts: BTreeMap<String, u64>) -> BTreeMap<String, u64> {
+        let risen = counts.into_iter().map(|(cause, count)| {
+            let before = &mut self.drops.entry(cause.clone()).or_default().count;
+            (cause, count - std::mem::replace(before, count))
+        });
+        risen.filter(|(_, more)| *more > 0).collect()
     }
 
     /// A pair begins at its stamp where the stretch before it ends; `None` at the end of the recording.
@@ -102,13 +114,8 @@ impl WithoutPose {
     }
 
     /// How often there was no pose, and what could not be used, by cause.
-    pub(crate) fn drops(&self) -> &BTreeMap<String, u64> {
+    pub(crate) fn drops(&self) -> &BTreeMap<String, DropsOfCause> {
         &self.drops
-    }
-
-    /// Why, of the first of each cause.
-    pub(crate) fn reasons(&self) -> &BTreeMap<String, String> {
-        &self.reasons
     }
 
     /// The causes with the first reason of each, and how often. Images without a partner are none while their camera is not alone for long.
@@ -116,9 +123,9 @@ impl WithoutPose {
         let partners = self.missing_partners + self.missing_of_stretch(None);
         let is_lost = |cause: &str| !is_alone(cause) || partners > 0;
         let lost = self.drops.iter().filter(|(cause, _)| is_lost(cause));
-        let with_reason = |(cause, count): (&String, &u64)| match self.reasons.get(cause) {
-            Some(reason) => (format!("{cause}; the first: {reason}"), *count),
-            None => (cause.clone(), *count),
+        let with_reason = |(cause, drops): (&String, &DropsOfCause)| match &drops.first_reason {
+            Some(reason) => (format!("{cause}; the first: {reason}"), drops.count),
+            None => (cause.clone(), drops.count),
         };
         lost.map(with_reason).collect()
     }
