@@ -82,14 +82,15 @@ fn room() -> RunRecord {
     });
     let unfiltered =
         grid.reduce(&map.iter().copied().chain(removed).chain(noise).collect::<Vec<_>>());
+    let RigCamera { model, rig_from_camera } = camera();
     RunRecord {
         bag_name: "room.mcap".to_owned(),
         method: "free_space".to_owned(),
         voxel_edge_m: EDGE_M,
         map_edge_m: Some(0.02),
-        camera: Some(camera()),
+        camera: Some(model),
         rig_from_lidar: RigConfig::default().mounts().rig_from_lidar,
-        rig_from_camera: None,
+        rig_from_camera: Some(rig_from_camera),
         map_frame_id: "map".to_owned(),
         cycles,
         static_map: map,

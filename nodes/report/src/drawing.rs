@@ -240,7 +240,7 @@ fn height_above_floor(run: &RunRecord, [floor_m, _]: [f32; 2]) -> f64 {
 /// From where the rig saw in each cycle: its camera, where it has one.
 fn rig_eyes(run: &RunRecord) -> Vec<Point3<f64>> {
     let rig_from_camera =
-        run.camera.map_or_else(Isometry3::identity, |camera| camera.rig_from_camera);
+        run.rig_camera().map_or_else(Isometry3::identity, |camera| camera.rig_from_camera);
     let at = |map_from_rig: &Isometry3<f64>| (map_from_rig * rig_from_camera).translation.vector;
     run.cycles.iter().map(|cycle| at(&cycle.map_from_rig).into()).collect()
 }

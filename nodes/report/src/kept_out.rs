@@ -169,7 +169,7 @@ impl<'a> Evidence<'a> {
                 cycles_seen.entry(key).and_modify(|cycles| *cycles += 1);
             }
         }
-        let looks = run.camera.into_iter().flat_map(|camera| {
+        let looks = run.rig_camera().into_iter().flat_map(|camera| {
             views().filter(|(_, view)| view.depth.is_some()).map(move |(cycle, view)| Look {
                 camera,
                 camera_from_map: (cycle.map_from_rig * camera.rig_from_camera).inverse(),

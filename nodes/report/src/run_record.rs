@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use geometry::{DynamicZone, MapView, SegmentationCounts, Stamp, TriangleMesh};
+use geometry::{CameraModel, DynamicZone, MapView, SegmentationCounts, Stamp, TriangleMesh};
 use nalgebra::{Isometry3, Point3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +44,7 @@ pub struct RunRecord {
     /// From a point of the map to the next; absent where that is `voxel_edge_m`.
     pub map_edge_m: Option<f64>,
     /// The depth camera; absent where no cycle has a depth image.
-    pub camera: Option<RigCamera>,
+    pub camera: Option<CameraModel>,
     /// The scanner's frame in the rig.
     pub rig_from_lidar: Isometry3<f64>,
     /// The mount of the depth camera, by the first cycle; `None` without a cycle.
@@ -77,6 +77,11 @@ pub struct RunRecord {
 }
 
 impl RunRecord {
+    /// The depth camera in its place on the rig; `None` where no cycle has a depth image.
+    pub(crate) fn rig_camera(&self) -> Option<RigCamera> {
+        Some(RigCamera { model: self.camera?, rig_from_camera: self.rig_from_camera? })
+    }
+
     /// From a point of the map to the next.
     pub(crate) fn map_spacing_m(&self) -> f64 {
         self.map_edge_m.unwrap_or(self.voxel_edge_m)

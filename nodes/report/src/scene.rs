@@ -125,7 +125,7 @@ fn header(run: &RunRecord, summary: &Summary, sets: &[(&str, &PointSet)]) -> Val
         .collect();
     json!({
         "title": run.bag_name, "frame": run.map_frame_id, "points": points, "bounds_m": bounds_m, "heights_m": heights_m,
-        "height_colours": HEIGHT_COLOURS, "causes": causes, "camera": run.camera.as_ref().map(payload::camera),
+        "height_colours": HEIGHT_COLOURS, "causes": causes, "camera": run.rig_camera().as_ref().map(payload::camera),
         "rig_from_lidar": payload::pose(&run.rig_from_lidar), "range_step_m": RANGE_STEP_M, "cloud_step_m": payload::CLOUD_STEP_M,
         "views_per_group": VIEWS_PER_GROUP, "map_unit": run.map_unit(),
     })

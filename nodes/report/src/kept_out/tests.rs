@@ -25,6 +25,11 @@ fn camera() -> RigCamera {
     RigCamera { model, rig_from_camera: Isometry3::from_parts([0.0; 3].into(), turn) }
 }
 
+fn seen_by_camera(run: RunRecord) -> RunRecord {
+    let RigCamera { model, rig_from_camera } = camera();
+    RunRecord { camera: Some(model), rig_from_camera: Some(rig_from_camera), ..run }
+}
+
 /// A cycle that sees `points_m`, and in all of its image one depth.
 fn seeing(index: u32, points_m: &[[f32; 3]], depth_mm: u16) -> CycleRecord {
     let depths_mm = vec![depth_mm; SIZE.0 * SIZE.1];
@@ -39,8 +44,7 @@ fn causes(cycles: Vec<CycleRecord>, map: &[[f32; 3]], all: &[[f32; 3]]) -> Vec<K
     let run = RunRecord {
         static_map: points(map),
         unfiltered_map: points(all),
-        camera: Some(camera()),
-        ..run(cycles)
+        ..seen_by_camera(run(cycles))
     };
     let grid = VoxelGrid::new(EDGE_M).unwrap();
     kept_out(&run, &grid).iter().map(|voxel| voxel.cause).collect()
@@ -74,9 +78,8 @@ fn what_the_map_had_no_room_for_is_told_from_what_was_not_seen() {
     for (second_mm, expected) in [(0, KeptOutCause::NoRoom), (3050, KeptOutCause::SeenThrough)] {
         let run = RunRecord {
             unfiltered_map: vec![Point3::from(HERE)],
-            camera: Some(camera()),
             lacked_room: true,
-            ..run(vec![seeing(0, &[HERE], 2050), seeing(1, &[], second_mm)])
+            ..seen_by_camera(run(vec![seeing(0, &[HERE], 2050), seeing(1, &[], second_mm)]))
         };
         let [voxel] = kept_out(&run, &VoxelGrid::new(EDGE_M).unwrap())[..] else { panic!("one") };
         assert_eq!(voxel.cause, expected);

@@ -15,6 +15,7 @@ pub(super) const VIEWS_PER_GROUP: usize = 16;
 /// The groups of views, before compression.
 pub(super) fn encode(run: &RunRecord) -> Result<Vec<Vec<u8>>, VoxelEdgeError> {
     let grid = VoxelGrid::new(run.voxel_edge_m)?;
+    let camera = run.rig_camera();
     let viewed: Vec<(&CycleRecord, &CycleView)> =
         run.cycles.iter().filter_map(|cycle| Some((cycle, cycle.view.as_ref()?))).collect();
     let group = |views: &[(&CycleRecord, &CycleView)]| {
@@ -22,7 +23,7 @@ pub(super) fn encode(run: &RunRecord) -> Result<Vec<Vec<u8>>, VoxelEdgeError> {
         for (cycle, view) in views {
             push_scan(&mut bytes, view.scan.as_ref());
             push_cloud(&mut bytes, cycle, view);
-            push_depth(&mut bytes, cycle, view, &grid, run.camera.as_ref());
+            push_depth(&mut bytes, cycle, view, &grid, camera.as_ref());
         }
         bytes
     };

@@ -1,10 +1,11 @@
 //! What the sensors saw in the cycles of a run, for the report: bounded, however long the run is.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
 
-use geometry::{DetectedCycle, Scan, Stamp};
+use geometry::{CameraModel, DepthFrame, DetectedCycle, Scan, Stamp};
 use nalgebra::Isometry3;
-use report::{CycleView, RigCamera, ScanView, SmallDepth, cloud_steps};
+use report::{CycleView, ScanView, SmallDepth, cloud_steps};
 
 /// Views that are kept: of two minutes of 5 Hz every one, of ten minutes every eighth. A view takes about 60 kB.
 const MAX_VIEWS: usize = 600;
@@ -17,7 +18,7 @@ pub(super) struct Views {
     by_cycle: BTreeMap<u32, (Stamp, CycleView)>,
     stride: u32,
     waiting_scans: VecDeque<(Stamp, ScanView)>,
-    camera: Option<RigCamera>,
+    camera: Option<CameraModel>,
     rig_from_lidar: Isometry3<f64>,
     rig_from_camera: Option<Isometry3<f64>>,
 }
@@ -40,17 +41,12 @@ impl Views {
     pub(super) fn detected(&mut self, cycle: &DetectedCycle) {
         self.rig_from_lidar = cycle.setup.mounts.rig_from_lidar;
         self.rig_from_camera.get_or_insert(cycle.setup.mounts.rig_from_camera);
-        if let (None, Some(frame)) = (&self.camera, &cycle.depth) {
-            let rig_from_camera = cycle.setup.mounts.rig_from_camera;
-            self.camera = Some(RigCamera { model: *frame.camera(), rig_from_camera });
-        }
+        self.camera = self.camera.or(cycle.depth.as_ref().map(|frame| *frame.camera()));
         if !cycle.index.is_multiple_of(self.stride) {
             return;
         }
         // An image of another camera would be drawn and compared as if it were this one's.
-        let has_camera = |frame: &&std::sync::Arc<geometry::DepthFrame>| {
-            self.camera.is_some_and(|camera| camera.model == *frame.camera())
-        };
+        let has_camera = |frame: &&Arc<DepthFrame>| self.camera.as_ref() == Some(frame.camera());
         let scan = self.waiting_scans.iter().position(|(stamp, _)| *stamp == cycle.scan_stamp);
         let view = CycleView {
             scan: scan.and_then(|index| self.waiting_scans.remove(index)).map(|(_, scan)| scan),
@@ -84,15 +80,16 @@ impl Views {
     }
 
     /// The depth camera, once a cycle had a depth image.
-    pub(super) fn camera(&self) -> Option<RigCamera> {
+    pub(super) fn camera(&self) -> Option<CameraModel> {
         self.camera
     }
 
-    /// The scanner in the rig, as the latest cycle had it.
+    /// Its mount, as the first cycle had it.
     pub(super) fn rig_from_camera(&self) -> Option<Isometry3<f64>> {
         self.rig_from_camera
     }
 
+    /// The scanner in the rig, as the latest cycle had it.
     pub(super) fn rig_from_lidar(&self) -> Isometry3<f64> {
         self.rig_from_lidar
     }
