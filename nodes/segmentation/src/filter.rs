@@ -192,9 +192,7 @@ impl MotionFilter {
 
     /// The verdict whose view is nearest in time, the earlier one of two.
     fn nearest(&self, stamp: Stamp) -> Option<&Verdict> {
-        let away_s = |one: &&Verdict| one.view_stamp.seconds_since(stamp).abs();
-        let near = self.verdicts.iter().min_by(|a, b| away_s(a).total_cmp(&away_s(b)));
-        near.filter(|one| away_s(one) <= LONGEST_CARRY_S)
+        nearest_in_time(&self.verdicts, stamp, |verdict| verdict.view_stamp)
     }
 
     /// Where the verdict's moving points are in the rig at a moment, each with its velocity.
@@ -232,6 +230,17 @@ impl MotionFilter {
         !voxels.is_empty()
             && self.grid.key(point).with_neighbours().any(|voxel| voxels.contains(&voxel))
     }
+}
+
+/// What is nearest in time by its stamp, if it may be carried on so far; the earlier one of two.
+fn nearest_in_time<T>(
+    all: &VecDeque<T>,
+    stamp: Stamp,
+    stamp_of: impl Fn(&T) -> Stamp,
+) -> Option<&T> {
+    let away_s = |one: &&T| stamp_of(one).seconds_since(stamp).abs();
+    let near = all.iter().min_by(|a, b| away_s(a).total_cmp(&away_s(b)));
+    near.filter(|one| away_s(one) <= LONGEST_CARRY_S)
 }
 
 /// A moving point in the rig, with its velocity in the map.

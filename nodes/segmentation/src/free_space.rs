@@ -236,17 +236,22 @@ impl FreeSpaceSegmenter {
         classes: &[PointClass],
         is_dynamic: &[bool],
     ) -> StaticPoints {
-        let (mut of_static, edge_m) = (StaticPoints::default(), self.grid.edge_m());
+        let mut of_static = StaticPoints::default();
         for point in (0..classes.len()).filter(|&point| !is_dynamic[point]) {
             let (voxel, in_map) = (points.voxels[point], &points.in_map[point]);
             if classes[point] == PointClass::Unknown {
                 of_static.of_unknown.push(StaticPoint { voxel, in_map_m: in_map.cast() });
             }
-            if self.floor.is_none_or(|floor| floor.height_above_m(in_map) > edge_m) {
+            if !self.is_on_floor(in_map) {
                 of_static.above_floor.push(voxel);
             }
         }
         of_static
+    }
+
+    /// Whether a point is no more than a voxel above the floor: there it may be of the floor by the noise of depths.
+    fn is_on_floor(&self, point: &Point3<f64>) -> bool {
+        self.floor.is_some_and(|floor| floor.height_above_m(point) <= self.grid.edge_m())
     }
 
     fn begin(&mut self, stamp: Stamp, cycle: &DetectedCycle) {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use geometry::{CameraModel, DepthFrame, Stamp, VoxelGrid};
 use nalgebra::Isometry3;
 
-use super::{LONGEST_CARRY_S, MotionFilter, Moving, Verdict};
+use super::{LONGEST_CARRY_S, MotionFilter, Moving, Verdict, nearest_in_time};
 use crate::moving_view::{MovingView, Splats};
 
 /// More than come before a colour image of the same moment: it is larger, and later.
@@ -71,9 +71,7 @@ impl Views {
     }
 
     fn nearest(&self, stamp: Stamp) -> Option<&MovingView> {
-        let away_s = |view: &&MovingView| view.stamp.seconds_since(stamp).abs();
-        let near = self.views.iter().min_by(|a, b| away_s(a).total_cmp(&away_s(b)));
-        near.filter(|view| away_s(view) <= LONGEST_CARRY_S)
+        nearest_in_time(&self.views, stamp, |view| view.stamp)
     }
 }
 

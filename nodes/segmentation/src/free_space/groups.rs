@@ -9,7 +9,6 @@ use super::FreeSpaceSegmenter;
 use super::classes::Known;
 use crate::FreeSpaceConfig;
 use crate::cycle_points::CyclePoints;
-use crate::floor::Floor;
 use crate::growth::{Candidates, PointClass};
 use crate::seeds::Seeds;
 use crate::tracking::MovingGroup;
@@ -59,13 +58,9 @@ impl FreeSpaceSegmenter {
         classes: &[PointClass],
         candidates: &Candidates<'_>,
     ) -> bool {
-        let edge_m = self.grid.edge_m();
-        let is_of_floor = |voxel: VoxelKey| {
-            let is_low = |floor: Floor| floor.height_above_m(&self.grid.middle_m(voxel)) <= edge_m;
-            self.floor.is_some_and(is_low)
-        };
         let is_background = |voxel: VoxelKey| {
-            self.known(self.occupancy.place(voxel)) == Known::Background && !is_of_floor(voxel)
+            self.known(self.occupancy.place(voxel)) == Known::Background
+                && !self.is_on_floor(&self.grid.middle_m(voxel))
         };
         let mut near = candidates.within(voxel, LIMB_VOXELS);
         voxel.with_neighbours().any(is_background)
