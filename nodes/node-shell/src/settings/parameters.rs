@@ -14,6 +14,7 @@ mod error;
 mod file;
 mod node_parameters;
 mod overlay;
+mod spelling;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -33,7 +34,7 @@ pub use error::{ParameterError, ValueOrigin};
 use file::OfFile;
 pub use node_parameters::{NoParameters, NodeParameters};
 pub(crate) use overlay::Overlay;
-pub use overlay::{nearest_name, nearest_name_within};
+pub use spelling::{nearest_name, nearest_name_within};
 pub(crate) use text::help;
 pub use text::{
     SharedParameters, accepted_numbers, meaning, parameter_file, shared_parameter_file, type_name,
