@@ -37,6 +37,7 @@ mod file;
 mod table;
 #[cfg(test)]
 pub(crate) mod testing;
+mod tile_box;
 
 use std::fmt;
 use std::hash::{Hash, Hasher};
@@ -46,6 +47,7 @@ use geometry::VoxelKey;
 pub use counts::SpillCounts;
 pub(crate) use file::TileFrame;
 pub(crate) use table::{InStore, Reached, TileTable};
+pub(crate) use tile_box::TileBox;
 
 /// A tile's place: a cube of voxels, counted as voxels are.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]

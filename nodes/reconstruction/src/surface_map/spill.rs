@@ -12,7 +12,7 @@ mod traffic;
 use geometry::VoxelKey;
 use volume::{BLOCK_EDGE, BlockBox, BlockKey};
 
-use crate::tiles::{TileError, TileFrame, TileKey, TileStore, TileTable};
+use crate::tiles::{TileBox, TileError, TileFrame, TileKey, TileStore, TileTable};
 pub(super) use looked_at::LookedAt;
 
 /// The tiles of a map, in memory and out of it.
@@ -53,13 +53,13 @@ impl Spill {
         BlockBox { least, most: least.offset(edge - 1, edge - 1, edge - 1) }
     }
 
+    fn tile_box(&self, blocks: BlockBox) -> TileBox {
+        TileBox::between(self.tile_of(blocks.least), self.tile_of(blocks.most))
+    }
+
     /// The tiles of the blocks of a box, known or not, by ascending key.
     pub(super) fn tiles_of(&self, blocks: BlockBox) -> impl Iterator<Item = TileKey> + use<> {
-        let (least, most) = (self.tile_of(blocks.least), self.tile_of(blocks.most));
-        (least.x..=most.x).flat_map(move |x| {
-            (least.y..=most.y)
-                .flat_map(move |y| (least.z..=most.z).map(move |z| TileKey { x, y, z }))
-        })
+        self.tile_box(blocks).keys()
     }
 
     /// The tiles between whose nodes the points of a tile lie, itself included.

@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use geometry::BuildVoxelHasher;
 
-use super::{SpillCounts, TileError, TileKey, TileStore, TileStoreError};
+use super::{SpillCounts, TileBox, TileError, TileKey, TileStore, TileStoreError};
 
 /// The tiles of a map, in memory and out of it. What a tile is made of, and its bytes, is the map's.
 #[derive(Debug)]
@@ -277,26 +277,14 @@ impl TileTable {
         sorted(self.known())
     }
 
-    /// The tiles between two keys along each axis, these included, by ascending key. Costs by those or by all tiles, whichever
-    /// are fewer.
-    pub(crate) fn between(&self, least: TileKey, most: TileKey) -> Vec<TileKey> {
-        let along = |least: i32, most: i32| (i64::from(most) - i64::from(least) + 1).max(0) as u64;
-        let places = along(least.x, most.x)
-            .saturating_mul(along(least.y, most.y))
-            .saturating_mul(along(least.z, most.z));
-        if places > (self.in_memory.len() + self.in_store.len()) as u64 {
-            let is_between = |tile: &TileKey| {
-                (least.x..=most.x).contains(&tile.x)
-                    && (least.y..=most.y).contains(&tile.y)
-                    && (least.z..=most.z).contains(&tile.z)
-            };
-            return sorted(self.known().filter(is_between));
+    /// The tiles in a box, by ascending key. Costs by its places or by all tiles, whichever are fewer.
+    pub(crate) fn within(&self, tiles: TileBox) -> Vec<TileKey> {
+        if tiles.places() > (self.in_memory.len() + self.in_store.len()) as u64 {
+            return sorted(self.known().filter(|tile| tiles.contains(*tile)));
         }
-        let all = (least.x..=most.x).flat_map(|x| {
-            (least.y..=most.y)
-                .flat_map(move |y| (least.z..=most.z).map(move |z| TileKey { x, y, z }))
-        });
-        all.filter(|tile| self.in_memory.contains_key(tile) || self.is_in_store(*tile)).collect()
+        let is_known =
+            |tile: &TileKey| self.in_memory.contains_key(tile) || self.is_in_store(*tile);
+        tiles.keys().filter(is_known).collect()
     }
 
     fn known(&self) -> impl Iterator<Item = TileKey> {

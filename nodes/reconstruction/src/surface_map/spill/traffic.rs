@@ -31,11 +31,10 @@ impl SurfaceMap {
         let Some(spill) = &mut self.spill else { return };
         spill.tiles.pass_on();
         let Some(all) = self.surface.view_box(&self.view) else { return };
-        let BlockBox { least, most } = all.grown(1);
         let camera_m = Point3::from(self.view.map_from_camera().translation.vector);
         let edge_m = spill.frame.edge_m * f64::from(spill.frame.edge_voxels);
         let mut spilled = Vec::new();
-        for tile in spill.tiles.between(spill.tile_of(least), spill.tile_of(most)) {
+        for tile in spill.tiles.within(spill.tile_box(all.grown(1))) {
             let blocks = spill.blocks_of(tile).grown(1);
             if !self.surface.is_in_view(&self.view, blocks) {
                 continue;
