@@ -16,6 +16,7 @@ mod forget;
 mod from_points;
 mod in_view;
 mod mesh;
+mod node_box;
 mod nodes;
 mod points;
 mod update;

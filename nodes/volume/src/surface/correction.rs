@@ -4,16 +4,16 @@
 //! (module `around`); those that come from several blocks are one, by their weights. The moment of a block is then that of the
 //! heaviest part: by the earliest one each correction would take an early block's border, and with it its moment, a block farther.
 
-use geometry::{NO_COLOUR, Stamp, VoxelKey};
+use geometry::{NO_COLOUR, Stamp};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::Surface;
 use super::around::{Around, Node};
 use super::block::SurfaceBlock;
+use super::node_box::NodeBox;
 use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 use crate::evidence::Evidence;
 
-const EDGE: i32 = BLOCK_EDGE as i32;
 /// Weights that are summed end here, as those of images.
 const MOST_WEIGHT: f64 = 32.0 * 255.0;
 
@@ -98,7 +98,7 @@ impl Surface {
                 Some((block, before.motion(block, &now_from_before)))
             });
             let seen = Seen::of(block, &motion);
-            self.join_nodes(&around, &seen, before.moved_nodes(key, &motion), within);
+            self.join_nodes(&around, &seen, &before.moved_nodes(key, &motion), within);
         }
     }
 
@@ -122,20 +122,17 @@ impl Surface {
         if *motion == Isometry3::identity() {
             return BlockBox { least: key, most: key };
         }
-        let (least, most) = self.moved_nodes(key, motion);
-        BlockBox { least: block_of(least), most: block_of(most) }
+        self.moved_nodes(key, motion).blocks()
     }
 
-    /// The box around where a block's cells and those next to them come to, in nodes.
-    fn moved_nodes(&self, key: BlockKey, motion: &Isometry3<f64>) -> (Vector3<i32>, Vector3<i32>) {
+    /// The nodes of where a block's cells and those next to them come to.
+    fn moved_nodes(&self, key: BlockKey, motion: &Isometry3<f64>) -> NodeBox {
         let edge_m = self.config.edge_m;
         let half = 0.5 * BLOCK_EDGE as f64 + 1.0;
         let middle_m = super::middle_m(key, super::block_edge_m(edge_m));
         let middle = motion * middle_m / edge_m;
         let reach = motion.rotation.to_rotation_matrix().matrix().abs() * Vector3::repeat(half);
-        // The casts saturate.
-        let least = (middle.coords - reach).map(|along| along.floor() as i32);
-        (least, (middle.coords + reach).map(|along| along.ceil() as i32))
+        NodeBox::of_cells(&middle.coords, &reach)
     }
 
     fn join_block(&mut self, key: BlockKey, block: &SurfaceBlock) {
@@ -156,31 +153,14 @@ impl Surface {
         self.join(key, &Seen::of(block, &Isometry3::identity()), &nodes.collect::<Vec<_>>());
     }
 
-    fn join_nodes(
-        &mut self,
-        around: &Around<'_>,
-        seen: &Seen,
-        (least, most): (Vector3<i32>, Vector3<i32>),
-        within: BlockBox,
-    ) {
+    fn join_nodes(&mut self, around: &Around<'_>, seen: &Seen, moved: &NodeBox, within: BlockBox) {
         let edge_m = self.config.edge_m;
-        let blocks = BlockBox { least: block_of(least), most: block_of(most) };
         let mut nodes = Vec::with_capacity(BLOCK_VOXELS);
-        for key in blocks.intersection(&within).keys() {
+        for key in moved.blocks().intersection(&within).keys() {
             nodes.clear();
-            let [along_x, along_y, along_z] = [0, 1, 2].map(|axis| {
-                let first = key.coordinates()[axis].saturating_mul(EDGE);
-                first.max(least[axis])..=first.saturating_add(EDGE - 1).min(most[axis])
-            });
-            for z in along_z {
-                for y in along_y.clone() {
-                    for x in along_x.clone() {
-                        let place_m = Point3::new(f64::from(x), f64::from(y), f64::from(z));
-                        let node = around.at(&(place_m * edge_m));
-                        let index = voxel_index(VoxelKey { x, y, z });
-                        nodes.extend(node.map(|node| (index, node)));
-                    }
-                }
+            for place in moved.of_block(key) {
+                let place_m = Point3::from([place.x, place.y, place.z].map(f64::from)) * edge_m;
+                nodes.extend(around.at(&place_m).map(|node| (voxel_index(place), node)));
             }
             self.join(key, seen, &nodes);
         }
@@ -234,8 +214,4 @@ impl SurfaceBlock {
             }
         }
     }
-}
-
-fn block_of(node: Vector3<i32>) -> BlockKey {
-    BlockKey::of(VoxelKey { x: node.x, y: node.y, z: node.z })
 }

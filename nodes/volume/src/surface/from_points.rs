@@ -7,7 +7,8 @@ use nalgebra::{Point3, Vector3};
 
 use super::Surface;
 use super::block::{FULL, SurfaceBlock};
-use crate::block::{BLOCK_EDGE, BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
+use super::node_box::NodeBox;
+use crate::block::{BLOCK_VOXELS, BlockBox, BlockKey, voxel_index};
 
 /// Points that are no farther apart than this are one in each voxel of the surface, as a map of this edge has them. Each says
 /// where the surface is at the corners of its own voxel and nowhere else: otherwise each reload would add a rim to the map.
@@ -230,46 +231,5 @@ impl Plane {
         let aside = (from_point - before * self.normal).norm();
         let share = 1.0 - (aside / self.reach).powi(2);
         (share > 0.0 && before.abs() <= THICKNESS_IN_EDGES as f32).then_some((before, share))
-    }
-}
-
-/// The nodes between two, these included.
-struct NodeBox {
-    least: [i32; 3],
-    most: [i32; 3],
-}
-
-impl NodeBox {
-    /// The corners of the voxel that a place lies in, in edges.
-    fn of_voxel(place: &Vector3<f64>) -> Self {
-        // The casts saturate.
-        let least: [i32; 3] = place.map(|along| along.floor() as i32).into();
-        Self { least, most: least.map(|along| along.saturating_add(1)) }
-    }
-
-    /// Those within half a box around a place, in edges.
-    fn around(middle: &Vector3<f64>, half: &Vector3<f64>) -> Self {
-        // The casts saturate.
-        let least = (middle - half).map(|along| along.ceil() as i32);
-        let most = (middle + half).map(|along| along.floor() as i32);
-        Self { least: least.into(), most: most.into() }
-    }
-
-    fn blocks(&self) -> BlockBox {
-        let block = |[x, y, z]: [i32; 3]| BlockKey::of(VoxelKey { x, y, z });
-        BlockBox { least: block(self.least), most: block(self.most) }
-    }
-
-    /// Those of a block.
-    fn of_block(&self, key: BlockKey) -> impl Iterator<Item = VoxelKey> + use<> {
-        let first = key.voxel(0);
-        let [x, y, z] = [(first.x, 0), (first.y, 1), (first.z, 2)].map(|(first, axis)| {
-            let last = first.saturating_add(BLOCK_EDGE as i32 - 1);
-            first.max(self.least[axis])..=last.min(self.most[axis])
-        });
-        z.flat_map(move |z| {
-            let x = x.clone();
-            y.clone().flat_map(move |y| x.clone().map(move |x| VoxelKey { x, y, z }))
-        })
     }
 }
