@@ -61,16 +61,18 @@ pub fn is_missed_long_enough(missed_s: f64, lasted_s: f64) -> bool {
 pub struct SeenBefore {
     /// The farthest depth of each tile of the image.
     farthest_m: Vec<f32>,
+    /// The tiles of a row.
     columns: usize,
 }
 
 impl SeenBefore {
-    /// Takes in an image. One of another size is another camera's.
+    /// Takes in an image. One of another size is another camera's, whose tiles are of other directions: with it this begins anew.
     pub fn take_in(&mut self, view: &TiledView) {
-        if (self.columns, self.farthest_m.len()) != (view.columns, view.most_m.len()) {
+        let is_of_same_size =
+            self.columns == view.columns && self.farthest_m.len() == view.most_m.len();
+        if !is_of_same_size {
             self.columns = view.columns;
-            self.farthest_m.clear();
-            self.farthest_m.extend_from_slice(&view.most_m);
+            self.farthest_m.clone_from(&view.most_m);
             return;
         }
         for (kept_m, seen_m) in self.farthest_m.iter_mut().zip(&view.most_m) {
