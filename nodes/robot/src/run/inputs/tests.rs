@@ -1,4 +1,5 @@
 use msgs::geometry_msgs::PoseStamped;
+use msgs::sensor_msgs::{CameraInfo, LaserScan, PointCloud2};
 
 use super::*;
 
