@@ -19,6 +19,7 @@
 //! | `tracker` | association with the objects of earlier scans, and whether they have travelled |
 //! | `zones` | the zones of objects, visible or not |
 //! | `beams_beside` | the beams of objects that are in no run: in held zones, feet, edges |
+//! | `search` | the result of one cycle |
 
 mod beams_beside;
 mod clearance;
@@ -27,18 +28,18 @@ mod evidence;
 mod moving_runs;
 mod platform_motion;
 mod scan_window;
+mod search;
 mod tracker;
 mod zones;
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use geometry::{DynamicZone, MovingBeam, Scan, ScanRay, Stamp, ZoneSource};
+use geometry::{MovingBeam, Scan, Stamp};
 use nalgebra::Isometry3;
 
 use crate::aperture::Beam;
 use crate::config::DetectionConfig;
-use crate::zone_finder::Unmeasured;
 use beams_beside::add_beams_beside;
 use deskewed_scan::{DeskewInput, DeskewedScan, Return};
 use evidence::{EvidenceGrid, ReturnClass, ReturnLabel};
@@ -46,11 +47,10 @@ use moving_runs::moving_runs;
 use platform_motion::PlatformMotion;
 pub use platform_motion::PoseJump;
 use scan_window::{ScanWindow, is_newly_occupied};
+pub use search::MotionSearch;
+use search::rays;
 use tracker::{MAX_SPEED_M_PER_S, MEMORY_MS, MotionEvidence, Tracker, motion_evidence};
 use zones::{CycleView, MovingBeams, ZoneMaker};
-
-/// A scan with fewer returns in the aperture is not used, as in Rec-HV, which needs two for a line.
-const LEAST_RETURNS: usize = 2;
 
 /// The probability that a newly visible return beside a moving object is background.
 const RATE_BESIDE_AN_OBJECT: f64 = 0.25;
@@ -89,29 +89,6 @@ pub struct Deviations {
     now_ms: u32,
     platform_moves: bool,
     pose_jump: Option<PoseJump>,
-}
-
-/// The result of one cycle.
-#[derive(Clone, PartialEq, Debug)]
-pub struct MotionSearch {
-    /// The zones by azimuth, measured or held.
-    pub zones: Vec<DynamicZone>,
-    /// Why none was measured, if none was.
-    pub unmeasured: Option<Unmeasured>,
-    /// The largest deviation in the aperture, if there are deviations.
-    pub max_std_dev_m: Option<f32>,
-    /// Beams of the aperture whose deviation exceeds `min_std_dev_m`.
-    pub high_variability_beams: usize,
-    /// Beams of the aperture in measured zones whose return is in observed free space.
-    pub moving_beams: usize,
-    /// Beams of the aperture without a return.
-    pub unknown_beams: usize,
-    /// The step of the pose since the last cycle, if no platform makes it: what earlier cycles saw was forgotten.
-    pub pose_jump: Option<PoseJump>,
-    /// The beams that hit what moves, of the whole scan, by their places among [`MotionInput::beams`].
-    pub hits: Vec<MovingBeam>,
-    /// The rays of all beams that have a return, in the rig frame of the cycle's pose.
-    pub rays: Vec<ScanRay>,
 }
 
 /// Finds moving objects by returns in observed free space.
@@ -347,50 +324,6 @@ impl MotionFinder {
         class
     }
 
-    fn search(
-        &self,
-        classes: &[Option<ReturnClass>],
-        zones: Vec<DynamicZone>,
-        measured: &[MovingBeams],
-        std_dev_m: &[Option<f32>],
-        within: &Range<usize>,
-    ) -> MotionSearch {
-        let in_aperture = &std_dev_m[within.clone()];
-        let largest = |most: Option<f32>, next_m: &f32| Some(most.unwrap_or(0.0).max(*next_m));
-        let max_std_dev_m = in_aperture.iter().flatten().fold(None, largest);
-        let least_m = self.config.min_std_dev_m as f32;
-        let high_variability_beams =
-            in_aperture.iter().flatten().filter(|deviation_m| **deviation_m > least_m).count();
-        let is_moving =
-            |beam: &usize| matches!(classes[*beam], Some(ReturnClass::InFreeSpace { .. }));
-        let moving_beams =
-            measured.iter().flat_map(|run| run.beams.clone()).filter(is_moving).count();
-        let unknown_beams = classes[within.clone()].iter().filter(|class| class.is_none()).count();
-        let returns = within.len() - unknown_beams;
-        let is_measured = zones.iter().any(|zone| zone.source == ZoneSource::Measured);
-        let unmeasured = if is_measured {
-            None
-        } else if returns < LEAST_RETURNS {
-            Some(Unmeasured::TooFewReturns { returns })
-        } else if self.window.len() < self.config.window_scans {
-            let window_scans = self.config.window_scans;
-            Some(Unmeasured::WindowFilling { scans: self.window.len(), window_scans })
-        } else {
-            Some(Unmeasured::NothingInFreeSpace { returns })
-        };
-        MotionSearch {
-            zones,
-            unmeasured,
-            max_std_dev_m,
-            high_variability_beams,
-            moving_beams,
-            unknown_beams,
-            pose_jump: None,
-            hits: Vec::new(),
-            rays: Vec::new(),
-        }
-    }
-
     /// The evidence's time: milliseconds from its first scan, from 1 on, and later with every cycle.
     fn now_ms(&mut self, stamp: Stamp) -> u32 {
         let Some((first, last_ms)) = self.epoch else {
@@ -407,23 +340,6 @@ impl MotionFinder {
         self.epoch = Some((first, now_ms));
         now_ms
     }
-}
-
-/// The rays of all beams that have a return. What is not certainly background may move.
-fn rays(scan: &DeskewedScan, labels: &[ReturnLabel], hits: &[MovingBeam]) -> Vec<ScanRay> {
-    let is_hit = |place: usize| hits.binary_search_by_key(&(place as u32), |hit| hit.index).is_ok();
-    let ray = |(place, beam): (usize, &deskewed_scan::DeskewedBeam)| {
-        let hit = beam.hit.as_ref()?;
-        let next = scan.next(place).filter(|next| *next == place + 1);
-        let next = next.and_then(|next| scan.beams.get(next));
-        Some(ScanRay {
-            from_m: beam.origin_in_rig_m.cast(),
-            to_m: hit.in_rig_m.cast(),
-            is_moving: is_hit(place) || labels.get(place) != Some(&ReturnLabel::Background),
-            joins_next: next.is_some_and(|next| next.hit.is_some()),
-        })
-    };
-    scan.beams.iter().enumerate().filter_map(ray).collect()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //! warning.
 
 mod detecting;
+mod reporting;
 #[cfg(test)]
 mod tests;
 mod waiting;
@@ -21,10 +22,10 @@ use super::output::Output;
 use super::rendering::RenderingReport;
 use super::restarts::RestartReport;
 use super::rig_pose::{UnusablePoseMessage, pose_of_message};
-use super::sensor_frame::{Renamed, SensorFrame};
+use super::sensor_frame::SensorFrame;
 use super::transforms::{Transforms, WAITING_FOR_TRANSFORM};
 use super::{DetectionParameters, PoseInput};
-use crate::{Detector, Dropped, Input, MatchEvent, Matched, Matcher, PoseJump};
+use crate::{Detector, Input, MatchEvent, Matched, Matcher};
 use waiting::frames_of;
 
 /// The cause of a drop of a message that drops no scan; the topic's name follows, and for a calibration `: ` and the reason.
@@ -384,67 +385,5 @@ impl Stage {
             by_tf = transforms.pose_at(matched.cloud_stamp)?;
         }
         by_tf.or_else(|| matched.pose.clone()).ok_or_else(|| "the cycle has no pose".into())
-    }
-
-    fn report_renamed(&self, input: Input, renamed: Option<Renamed>) {
-        if let Some(Renamed { from, to }) = renamed {
-            let topic = self.inputs.topic(input);
-            tracing::warn!("{topic}: the frame of the sensor changed from {from} to {to}");
-        }
-    }
-
-    fn report_jump(&self, PoseJump { step_m, step_rad, passed_s }: PoseJump) {
-        if let Some(held_back) = self.jumps.pass() {
-            tracing::warn!(
-                "{}: the pose jumped by {step_m:.2} m and {step_rad:.2} rad within {passed_s:.2} s: what moves is searched for anew, \
-                 and what was mapped before stays where it was. Take poses in a frame that does not jump (odom), or let the SLAM \
-                 publish map_path ({held_back} more since the last warning)",
-                self.inputs.topic(Input::Pose)
-            );
-        }
-    }
-
-    fn drop_scan(&self, scan_stamp: Stamp, cause: &str, reason: &str) {
-        self.output.dropped(scan_stamp, (cause, reason), &self.inputs);
-    }
-
-    /// Counts a calibration that cannot be used, with the first reason: those of a camera have all the same.
-    fn refuse_camera(&mut self, reason: String) {
-        let topic = self.inputs.camera_info_topic().unwrap_or_default();
-        let is_the_first = *self.camera_refused.get_or_insert_with(|| reason.clone()) == reason;
-        let mut cause = format!("{UNUSABLE_MESSAGE_ON}{topic}");
-        if is_the_first {
-            cause += &format!(": {reason}");
-        }
-        self.counters.count_drop(&cause);
-        self.warn_of(topic, &reason);
-    }
-
-    /// Counts an unusable message, and logs it at intervals.
-    fn refuse(&self, input: Input, reason: &str) {
-        self.refuse_on(self.inputs.topic(input), reason);
-    }
-
-    fn refuse_on(&self, topic: &str, reason: &str) {
-        self.counters.count_drop(&format!("{UNUSABLE_MESSAGE_ON}{topic}"));
-        self.warn_of(topic, reason);
-    }
-
-    fn warn_of(&self, topic: &str, reason: &str) {
-        if let Some(held_back) = self.bad_input.pass() {
-            tracing::warn!("{topic}: {reason} ({held_back} more since the last warning)");
-        }
-    }
-
-    fn missing_topics(&self, dropped: &Dropped) -> String {
-        let topics: Vec<&str> = dropped
-            .missing
-            .iter()
-            .map(|input| match (input, self.inputs.camera_info_topic()) {
-                (Input::Cloud, Some(camera_info)) if self.camera.is_missing() => camera_info,
-                _ => self.inputs.topic(*input),
-            })
-            .collect();
-        topics.join(" and ")
     }
 }
