@@ -1,13 +1,13 @@
 //! The core with its topics: every pair of images ends in a pose, or in a reason why there is none.
 
 mod maps;
+mod reporting;
 
 use std::sync::Arc;
 
 use geometry::Stamp;
 use msgs::convert;
 use msgs::sensor_msgs::Image;
-use msgs::std_msgs::Header;
 use node_shell::parameters::NodeParameters;
 use node_shell::{
     Counters, Node, NodeFailure, Panicked, Publisher, Qos, StageReporter, StepTimer, Throttle,
@@ -26,8 +26,8 @@ use super::output::Output;
 use super::pairing::{Paired, Pairing};
 use super::parameters::PoseParameters;
 use super::progress::ProgressReporter;
-use crate::frame::{Frame, FrameExtractor};
-use crate::tracking::{FeatureStatus, Hints, Tracked};
+use crate::frame::FrameExtractor;
+use crate::tracking::Hints;
 
 /// A viewer needs the latest picture alone.
 const PICTURES_KEPT: usize = 1;
@@ -35,9 +35,6 @@ const PICTURES_KEPT: usize = 1;
 /// What makes a frame take less time.
 const REMEDY: &str =
     "let the camera send fewer or smaller images, or lower frame.points.max_corners";
-
-/// The condition in the diagnostics.
-const REGISTRATION: &str = "depth registration";
 
 /// The core with its topics.
 pub struct Stage {
@@ -290,22 +287,6 @@ impl Stage {
         self.counters.warnings()
     }
 
-    /// Reports, once, that the depth images may be another camera's.
-    fn check_registration(&mut self, color: &Image, depth: &Image) {
-        let doubt = self.cameras.registration_doubt(color, depth);
-        if doubt == self.registration_doubt {
-            return;
-        }
-        match &doubt {
-            Some(doubt) => {
-                tracing::warn!("{doubt}");
-                self.counters.note_condition(REGISTRATION, doubt, true);
-            }
-            None => self.counters.note_condition(REGISTRATION, "ok", false),
-        }
-        self.registration_doubt = doubt;
-    }
-
     /// Before the first pose in the corrected map, so that a subscriber that takes both in order knows the correction.
     fn publish_trajectory(&mut self, stamp: Stamp, in_map: &InMap) {
         let Some(map_path) = &mut self.map_path else { return };
@@ -331,49 +312,6 @@ impl Stage {
             map_from_rig: frames.map_from_rig(&camera_from_map),
         });
         Some(poses.collect())
-    }
-
-    fn report(
-        &mut self,
-        stamp: Stamp,
-        frame: &Frame,
-        (tracked, in_map): (&Tracked, Option<&InMap>),
-        timer: &StepTimer,
-    ) {
-        let number = self.next_frame;
-        let Some(_) = tracked.pose else {
-            let reason = tracked
-                .trouble
-                .map_or_else(|| "no pose was found".to_owned(), |trouble| trouble.to_string());
-            return self.drop_frame(stamp, "no pose", &reason);
-        };
-        self.next_frame = self.next_frame.wrapping_add(1);
-        let count = |count: usize| count as u64;
-        let map = self.follower.tracker().map();
-        let mut counts = self.inputs.counts().to_vec();
-        counts.extend([
-            ("corners", count(frame.corners.len())),
-            ("segments", count(frame.lines.len())),
-            ("inliers", count(tracked.count(FeatureStatus::Inlier))),
-            ("outliers", count(tracked.count(FeatureStatus::Outlier))),
-            ("left_out", count(tracked.count(FeatureStatus::LeftOut))),
-            ("landmarks", count(map.points().len() + map.lines().len())),
-        ]);
-        counts.extend(in_map.map(|in_map| ("keyframes", count(in_map.keyframes))));
-        counts.extend(
-            in_map.map(|in_map| (Self::CLOSED_LOOPS, in_map.closed_m.iter().count() as u64)),
-        );
-        self.reporter.processed(self.header(stamp), number, &counts, timer);
-    }
-
-    fn drop_frame(&self, stamp: Stamp, cause: &str, reason: &str) {
-        let counts = self.inputs.counts();
-        self.reporter.dropped(self.header(stamp), self.next_frame, (cause, reason), &counts);
-    }
-
-    fn header(&self, stamp: Stamp) -> Header {
-        let frame_id = self.output.frames().odom_frame_id.clone();
-        Header { stamp: convert::time_from_stamp(stamp), frame_id }
     }
 }
 
