@@ -2,6 +2,7 @@
 //! panics that are caught; warnings that are not repeated at each message; files that are written whole, and their versions; the folder of
 //! what has no room in memory.
 
+pub(crate) mod allocator;
 pub(crate) mod descriptors;
 pub(crate) mod failure;
 pub mod log;

@@ -9,7 +9,7 @@ use crate::graph::Graph;
 use crate::graph::exchange::Exchange;
 use crate::graph::siblings::Siblings;
 use crate::process::shutdown::Shutdown;
-use crate::process::{descriptors, memory};
+use crate::process::{allocator, descriptors, memory};
 use crate::settings::names::NodeIdentity;
 use crate::settings::waiting_cycles;
 use crate::wire::error::ShellError;
@@ -54,6 +54,8 @@ impl Host {
         let shutdown = Shutdown::new();
         shutdown.trigger_on_signals().map_err(ShellError::Process)?;
         descriptors::allow_all();
+        // Without its limits the process takes more memory, and works.
+        let _ = allocator::limit();
         let ceiling = memory::ceiling_bytes().map_err(ShellError::Setting)?;
         if let Some(bytes) = ceiling {
             memory::keep_below(bytes, &shutdown).map_err(ShellError::Process)?;
