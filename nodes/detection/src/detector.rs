@@ -13,8 +13,9 @@ pub use cycle::{CycleInput, CycleStatistics, Detected, DetectionError, Step, Vie
 use finder::Finder;
 use geometry::{
     Cloud, CloudCamera, CycleSetup, DepthFrame, DepthLimits, DepthProjector, DetectedCycle,
-    MapPath, Method, ParameterError, PinholeFitError, RayTable, ReducedDepth, RigConfig, RigMounts,
-    RobotPixels, Scan, ScanError, UnusablePose, VoxelAccumulator, check_pose, pose_vector,
+    MapPath, Method, ParameterError, PinholeFitError, PixelVoxels, ProjectableDepth, RayTable,
+    ReducedDepth, RigConfig, RigMounts, RobotPixels, Scan, ScanError, UnusablePose,
+    VoxelAccumulator, check_pose, pose_vector,
 };
 use nalgebra::{Isometry3, Vector3};
 use surround::{ScanBeams, Surround};
@@ -34,6 +35,8 @@ pub struct Detector {
     surround: Option<Surround>,
     finder: Finder,
     voxels: VoxelAccumulator,
+    /// Kept as long as the cycle may be asked for them, and for their memory.
+    pixel_voxels: Arc<PixelVoxels>,
     cloud_camera: CloudCamera,
     next_index: u32,
 }
@@ -52,6 +55,7 @@ impl Detector {
             surround: None,
             finder: Finder::new(&config),
             voxels: VoxelAccumulator::new(grid),
+            pixel_voxels: Arc::default(),
             cloud_camera: CloudCamera::default(),
             next_index: 0,
             config,
@@ -114,7 +118,7 @@ impl Detector {
 
         // 3.2.3: the voxel grid of the cloud.
         let ReducedDepth { cloud: reduced_cloud, voxel_points, points_before_reduction } =
-            self.reduce(input.view);
+            self.reduce(input.view, depth.as_deref());
         observe(Step::Reduction);
 
         // 3.3.2: the cloud, the pose and the angles of one cycle travel together.
@@ -257,10 +261,10 @@ impl Detector {
     }
 
     /// The reduced cloud in the rig frame.
-    fn reduce(&mut self, view: View<'_>) -> ReducedDepth {
+    fn reduce(&mut self, view: View<'_>, frame: Option<&DepthFrame>) -> ReducedDepth {
         let frame_id = &self.config.pipeline.rig.rig_frame_id;
         let in_camera = match view {
-            View::Depth(depth) => return depth.reduce(&mut self.voxels),
+            View::Depth(depth) => return self.reduce_image(depth, frame),
             View::PointsInCamera(cloud) => cloud,
             View::OrganisedPoints(cloud) => cloud.cloud(),
         };
@@ -274,6 +278,21 @@ impl Detector {
         let points_before_reduction = cloud.points_m.len();
         let cloud = Cloud { points_m, ..cloud };
         ReducedDepth { cloud, voxel_points, points_before_reduction }
+    }
+
+    /// The same of a depth image. Who holds its frame gets the voxels of its pixels from it.
+    fn reduce_image(
+        &mut self,
+        depth: ProjectableDepth<'_>,
+        frame: Option<&DepthFrame>,
+    ) -> ReducedDepth {
+        let Some(frame) = frame else { return depth.reduce(&mut self.voxels) };
+        // The memory of the last image's, where nobody uses them any more.
+        let mut noted = Arc::try_unwrap(std::mem::take(&mut self.pixel_voxels)).unwrap_or_default();
+        let reduced = depth.reduce_and_note(&mut self.voxels, &mut noted);
+        self.pixel_voxels = Arc::new(noted);
+        frame.share(&self.pixel_voxels);
+        reduced
     }
 }
 

@@ -14,9 +14,10 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::depth::FARTHEST_MM;
 use crate::depth_projection::for_each_voxel;
+use crate::rigid::RigidTransform;
 use crate::{
     CameraModel, CameraModelError, ColourSizeError, DepthCameraError, DepthImage, DepthPixels,
-    NO_COLOUR, PixelArea, RayTable, VoxelBox, VoxelGrid, VoxelKey,
+    NO_COLOUR, PixelArea, PixelVoxels, RayTable, VoxelBox, VoxelGrid, VoxelKey,
 };
 pub use cloud_camera::CloudCamera;
 use computed::Computed;
@@ -161,7 +162,8 @@ impl DepthFrame {
     }
 
     /// Calls `take` for each pixel of an area whose voxel is in a box, in the order of the pixels: with its index in the image and the
-    /// voxel of the rig that [`ProjectableDepth::reduce`](crate::ProjectableDepth::reduce) with this grid puts its point into.
+    /// voxel of the rig that [`ProjectableDepth::reduce`](crate::ProjectableDepth::reduce) with this grid puts its point into. Where
+    /// that was noted ([`PixelVoxels`]) and shared, it is not computed again.
     pub fn for_each_voxel(
         &self,
         rig_from_camera: &Isometry3<f64>,
@@ -169,7 +171,15 @@ impl DepthFrame {
         grid_and_box: (&VoxelGrid, &VoxelBox),
         take: impl FnMut(usize, VoxelKey),
     ) {
-        for_each_voxel((&self.image, &self.rays), rig_from_camera, area, grid_and_box, take);
+        let (grid, within) = grid_and_box;
+        let transform = RigidTransform::new(rig_from_camera);
+        let known = self.computed::<PixelVoxels>();
+        match known.filter(|known| known.are_made_with(grid, &transform)) {
+            Some(known) => known.for_each(area, within, take),
+            None => {
+                for_each_voxel((&self.image, &self.rays), &transform, area, grid_and_box, take);
+            }
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! From a depth image to points.
 
+mod pixel_voxels;
 #[cfg(test)]
 mod tests;
 
@@ -11,11 +12,13 @@ use multiversion::multiversion;
 use nalgebra::Isometry3;
 
 use crate::camera::{RayRow, RayTable};
-use crate::point_block::PointBlock;
+use crate::point_block::{BlockKeys, PointBlock};
 use crate::rigid::RigidTransform;
 use crate::{
-    Cloud, DepthFrame, DepthImage, RobotPixels, VoxelAccumulator, VoxelBox, VoxelGrid, VoxelKey,
+    Cloud, DepthFrame, DepthImage, DepthPixels, RobotPixels, VoxelAccumulator, VoxelBox, VoxelGrid,
+    VoxelKey,
 };
+pub use pixel_voxels::PixelVoxels;
 
 /// Which depths are taken for real, bounds included. Depth is measured along the optical axis.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -210,15 +213,46 @@ impl ProjectableDepth<'_> {
     /// is dropped.
     #[must_use]
     pub fn reduce(&self, accumulator: &mut VoxelAccumulator) -> ReducedDepth {
-        let projector = self.projector;
         let image = &*self.without_robot();
         accumulator.clear();
-        projector.for_each_block(image, PixelArea::of(image), |_, block| {
-            accumulator.push_block(block);
+        let mut keys = BlockKeys::default();
+        self.projector.for_each_block(image, PixelArea::of(image), |_, block| {
+            accumulator.push_block(block, &mut keys, |_, _| {});
         });
+        self.reduced(image, accumulator)
+    }
+
+    /// The same, and notes the voxels of the pixels for those who ask the frame of this image for them again. Of an image whose
+    /// frame has other pixels nothing is noted: of one in metres, and where the robot is left out.
+    #[must_use]
+    pub fn reduce_and_note(
+        &self,
+        accumulator: &mut VoxelAccumulator,
+        noted: &mut PixelVoxels,
+    ) -> ReducedDepth {
+        let projector = self.projector;
+        let is_of_frame = matches!(self.image.pixels(), DepthPixels::Millimetres(_))
+            && projector.robot.is_none()
+            && projector.limits == DepthLimits::default();
+        if !is_of_frame {
+            noted.forget();
+            return self.reduce(accumulator);
+        }
+        accumulator.clear();
+        let mut keys = BlockKeys::default();
+        noted.begin(self.image, (accumulator.grid(), projector.target_from_camera));
+        projector.for_each_block(self.image, PixelArea::of(self.image), |first, block| {
+            let voxels = noted.of_block(first, block.len);
+            accumulator.push_block(block, &mut keys, |place, voxel| voxels[place] = voxel);
+        });
+        noted.end(accumulator.keys());
+        self.reduced(self.image, accumulator)
+    }
+
+    fn reduced(&self, image: &DepthImage, accumulator: &mut VoxelAccumulator) -> ReducedDepth {
         let points_before_reduction = accumulator.points() as usize;
         let (points_m, voxel_points) = accumulator.finish_counted();
-        let frame_id = projector.target_frame_id.clone();
+        let frame_id = self.projector.target_frame_id.clone();
         let cloud = Cloud { stamp: image.stamp, frame_id, points_m };
         ReducedDepth { cloud, voxel_points, points_before_reduction }
     }
@@ -228,14 +262,14 @@ impl ProjectableDepth<'_> {
 /// voxel that [`ProjectableDepth::reduce`] with this grid puts its point into.
 pub(crate) fn for_each_voxel(
     image_and_rays: (&DepthImage, &RayTable),
-    target_from_camera: &Isometry3<f64>,
+    target_from_camera: &RigidTransform,
     area: PixelArea,
     (grid, within): (&VoxelGrid, &VoxelBox),
     mut take: impl FnMut(usize, VoxelKey),
 ) {
-    let (limits, transform) = (DepthLimits::default(), RigidTransform::new(target_from_camera));
-    for_each_block(image_and_rays, &transform, limits, area, |first, block| {
-        let keys = block.keys(grid.edge_m());
+    let (limits, mut keys) = (DepthLimits::default(), BlockKeys::default());
+    for_each_block(image_and_rays, target_from_camera, limits, area, |first, block| {
+        block.find_keys(grid.edge_m(), &mut keys);
         let are_within = keys.are_within(within);
         if !are_within.contains(&true) {
             return;

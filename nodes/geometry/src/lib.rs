@@ -76,7 +76,8 @@ pub use depth_frame::{
     CloudCamera, DepthFrame, DepthFrameError, MaskSizeError, MaskedDepth, PinholeFitError,
 };
 pub use depth_projection::{
-    DepthCameraError, DepthLimits, DepthProjector, PixelArea, ProjectableDepth, ReducedDepth,
+    DepthCameraError, DepthLimits, DepthProjector, PixelArea, PixelVoxels, ProjectableDepth,
+    ReducedDepth,
 };
 pub use distance::{DistanceAt, DistanceLattice, Distances, NearestObstacle, PlaceState};
 pub use label::{LabelImage, LabelSizeError};

@@ -55,14 +55,12 @@ impl PointBlock {
         finite
     }
 
-    /// The cells of all places, of the unused ones too; meaningless for a hole.
-    pub(crate) fn keys(&self, edge_m: f64) -> BlockKeys {
-        let mut keys = BlockKeys::default();
+    /// Computes the cells of all places, of the unused ones too; meaningless for a hole.
+    pub(crate) fn find_keys(&self, edge_m: f64, keys: &mut BlockKeys) {
         let along = [(&self.x_m, &mut keys.x), (&self.y_m, &mut keys.y), (&self.z_m, &mut keys.z)];
         for (values_m, cells) in along {
             cells_along(values_m, edge_m, cells);
         }
-        keys
     }
 }
 

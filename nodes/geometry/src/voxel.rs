@@ -48,6 +48,15 @@ pub struct VoxelBox {
 }
 
 impl VoxelBox {
+    /// Whether a voxel is in it.
+    #[must_use]
+    pub fn contains(&self, key: VoxelKey) -> bool {
+        let Self { least, most } = self;
+        (least.x..=most.x).contains(&key.x)
+            && (least.y..=most.y).contains(&key.y)
+            && (least.z..=most.z).contains(&key.z)
+    }
+
     /// The smallest box with these voxels; `None` without any.
     #[must_use]
     pub fn around<'a>(keys: impl IntoIterator<Item = &'a VoxelKey>) -> Option<Self> {

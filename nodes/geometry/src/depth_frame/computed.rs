@@ -3,9 +3,12 @@
 use std::any::Any;
 use std::sync::{Arc, OnceLock, Weak};
 
-/// The first thing that was computed of a frame, as long as somebody keeps it.
+/// So many kinds of things are computed of a frame: the voxels of its pixels, and the tiles of its depths.
+const KINDS: usize = 2;
+
+/// The first thing of each kind that was computed of a frame, as long as somebody keeps it.
 #[derive(Clone, Default, Debug)]
-pub(super) struct Computed(OnceLock<Weak<dyn Any + Send + Sync>>);
+pub(super) struct Computed([OnceLock<Weak<dyn Any + Send + Sync>>; KINDS]);
 
 /// It follows from the frame.
 impl PartialEq for Computed {
@@ -16,12 +19,21 @@ impl PartialEq for Computed {
 
 impl Computed {
     pub(super) fn get<T: Any + Send + Sync>(&self) -> Option<Arc<T>> {
-        self.0.get()?.upgrade()?.downcast().ok()
+        let shared = self.0.iter().filter_map(OnceLock::get);
+        shared.filter_map(Weak::upgrade).find_map(|shared| shared.downcast().ok())
     }
 
     pub(super) fn share<T: Any + Send + Sync>(&self, computed: &Arc<T>) {
-        let weak: Weak<T> = Arc::downgrade(computed);
-        // The first one stays.
-        let _ = self.0.set(weak);
+        if self.get::<T>().is_some() {
+            return;
+        }
+        let mut weak: Weak<dyn Any + Send + Sync> = Arc::<T>::downgrade(computed);
+        // The first ones stay.
+        for place in &self.0 {
+            match place.set(weak) {
+                Ok(()) => break,
+                Err(not_set) => weak = not_set,
+            }
+        }
     }
 }

@@ -58,6 +58,9 @@ fn what_was_computed_of_a_frame_is_shared_while_it_is_kept() {
     frame.share(&Arc::new(8_u32));
     assert!(frame.computed::<u32>().is_some_and(|shared| Arc::ptr_eq(&shared, &kept)));
     assert_eq!(frame.computed::<u64>(), None, "another type");
+    let of_another_kind = Arc::new(9_u64);
+    frame.share(&of_another_kind);
     drop(kept);
     assert_eq!(frame.computed::<u32>(), None);
+    assert_eq!(frame.computed::<u64>(), Some(of_another_kind));
 }

@@ -1,6 +1,6 @@
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 
 use super::*;
@@ -182,7 +182,8 @@ proptest! {
             let mut taken = Vec::new();
             let within = VoxelBox { least: key(least), most: key(most) };
             let area = PixelArea::whole(WIDTH_PX, HEIGHT_PX);
-            let (camera, rig_from_camera) = ((&*image, &rays), Isometry3::identity());
+            let camera = (&*image, &rays);
+            let rig_from_camera = RigidTransform::new(&Isometry3::identity());
             for_each_voxel(camera, &rig_from_camera, area, (&grid, &within), |pixel, voxel| {
                 taken.push((pixel, voxel));
             });
@@ -200,5 +201,57 @@ proptest! {
             (0..3).all(|axis| (least[axis]..=most[axis]).contains(&along[axis]))
         });
         prop_assert_eq!(pixels_in(least, most), expected);
+    }
+}
+
+/// The pixels of an area and their voxels, as the frame has them.
+fn voxels_of(
+    frame: &DepthFrame,
+    rig_from_camera: &Isometry3<f64>,
+    (grid, within): (&VoxelGrid, &VoxelBox),
+    area: &PixelArea,
+) -> Vec<(usize, VoxelKey)> {
+    let mut taken = Vec::new();
+    frame.for_each_voxel(rig_from_camera, area.clone(), (grid, within), |pixel, voxel| {
+        taken.push((pixel, voxel));
+    });
+    taken
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// Those of the reduction are those that are computed, and those of another mount or grid are not taken for them.
+    #[test]
+    fn the_voxels_that_were_noted_are_those_of_the_pixels(
+        pixels in any_pixels(),
+        half_cells in 0..40_i32,
+        columns_px in (0..WIDTH_PX, 0..WIDTH_PX + 9),
+        rows_px in (0..HEIGHT_PX, 0..HEIGHT_PX + 9),
+    ) {
+        let corner = |cell: i32| VoxelKey { x: cell, y: cell, z: cell };
+        let within = VoxelBox { least: corner(-half_cells), most: corner(half_cells) };
+        let area = PixelArea { columns_px: columns_px.0..columns_px.1, rows_px: rows_px.0..rows_px.1 };
+        let (image, rays) = (image(pixels), RayTable::new(&cameras()[1]).unwrap());
+        let mounts = [0.3, 0.31].map(|rad| Isometry3::rotation(Vector3::x() * rad));
+        let grids = [0.08, 0.1].map(|edge_m| VoxelGrid::new(edge_m).unwrap());
+        let projector = DepthProjector::new(rays, DepthLimits::default(), &mounts[0], "rig");
+        let depth = projector.image(&image).unwrap();
+        let frame = depth.frame();
+        let asked = [(0, 0), (0, 1), (1, 0)];
+        let voxels = || asked.map(|(mount, grid): (usize, usize)| {
+            voxels_of(&frame, &mounts[mount], (&grids[grid], &within), &area)
+        });
+        let computed = voxels();
+
+        let (mut accumulator, mut noted) = (VoxelAccumulator::new(grids[0]), PixelVoxels::default());
+        // What was noted of another image is written over.
+        noted.begin(&image, (grids[1], RigidTransform::new(&mounts[1])));
+        let reduced = depth.reduce_and_note(&mut accumulator, &mut noted);
+        prop_assert_eq!(reduced, depth.reduce(&mut accumulator));
+        let noted = Arc::new(noted);
+        frame.share(&noted);
+        let is_known = noted.are_made_with(&grids[0], &RigidTransform::new(&mounts[0]));
+        prop_assert_eq!(is_known, matches!(image.pixels(), DepthPixels::Millimetres(_)));
+        prop_assert_eq!(voxels(), computed);
     }
 }

@@ -4,8 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::{
-    DepthLimits, DepthPixels, DepthProjector, Distortion, RigConfig, Stamp, VoxelAccumulator,
-    VoxelGrid, pose_from_vector,
+    DepthLimits, DepthPixels, DepthProjector, Distortion, PixelVoxels, RigConfig, Stamp,
+    VoxelAccumulator, VoxelGrid, pose_from_vector, rigid::RigidTransform,
 };
 
 const CAMERA: CameraModel = CameraModel {
@@ -74,6 +74,10 @@ fn the_bumper_is_left_out_of_the_cloud_and_the_floor_beside_it_is_not() {
         assert!(kept.iter().all(|point| !bumper.contains(&point.cast())));
         let mut voxels = VoxelAccumulator::new(VoxelGrid::new(0.08).unwrap());
         assert_eq!(depth.reduce(&mut voxels).points_before_reduction, kept.len());
+        // The frame has the robot's pixels, too: the voxels noted would not be all of them.
+        let mut noted = PixelVoxels::default();
+        assert_eq!(depth.reduce_and_note(&mut voxels, &mut noted), depth.reduce(&mut voxels));
+        assert!(!noted.are_made_with(&voxels.grid(), &RigidTransform::new(&rig_from_camera)));
         // The image itself is as it was: what is behind the robot is hidden, not unmeasured.
         assert_eq!(depth.frame().image().depth_m(32, 38), Some(0.5));
     }

@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 
 use super::{VoxelGrid, VoxelKey, order::ranks};
-use crate::point_block::PointBlock;
+use crate::point_block::{BlockKeys, PointBlock};
 
 /// Slots of a new table.
 const FIRST_SLOTS: usize = 1 << 12;
@@ -93,6 +93,11 @@ impl VoxelAccumulator {
         self.cells.len()
     }
 
+    /// The keys of the occupied cells, in the order in which these were first occupied.
+    pub(crate) fn keys(&self) -> &[VoxelKey] {
+        &self.keys
+    }
+
     /// Takes a point; leaves it out if a coordinate is not finite.
     pub fn push(&mut self, point_m: &Point3<f32>) {
         if crate::is_finite(point_m) {
@@ -106,16 +111,23 @@ impl VoxelAccumulator {
 
     /// Takes points in order; leaves out those with a coordinate that is not finite.
     pub fn push_all(&mut self, points_m: &[Point3<f32>]) {
-        let mut block = PointBlock::default();
+        let (mut block, mut keys) = (PointBlock::default(), BlockKeys::default());
         for chunk in points_m.chunks(PointBlock::CAPACITY) {
             block.load(chunk);
-            self.push_block(&block);
+            self.push_block(&block, &mut keys, |_, _| {});
         }
     }
 
-    /// Takes the finite points of a block in order.
-    pub(crate) fn push_block(&mut self, block: &PointBlock) {
-        let keys = block.keys(self.grid.edge_m());
+    /// Takes the finite points of a block in order. `note` is called with the place of each and the number of its cell among
+    /// [`keys`](Self::keys); the keys of the block are computed into `keys`.
+    #[inline]
+    pub(crate) fn push_block(
+        &mut self,
+        block: &PointBlock,
+        keys: &mut BlockKeys,
+        mut note: impl FnMut(usize, u32),
+    ) {
+        block.find_keys(self.grid.edge_m(), keys);
         let finite = block.finite_places();
         let recent = keys.places::<RECENT_BITS>();
         let mut points = 0;
@@ -130,6 +142,7 @@ impl VoxelAccumulator {
             }
             if let Some(cell) = self.cells.get_mut(index) {
                 cell.add([block.x_m[place], block.y_m[place], block.z_m[place]]);
+                note(place, index as u32);
                 points += 1;
             }
         }
