@@ -34,6 +34,8 @@ const STEEPEST_SLOPE: f32 = 3.7;
 const SOLE_M: f32 = 0.02;
 /// Pixels added around the mask. Of 640 columns the mixed depths of structured light span one or two.
 pub(crate) const MARGIN_PX: usize = 2;
+/// Pixels that are looked at together: a register of AVX2.
+const AT_ONCE_PX: usize = 32;
 
 /// Makes the masks of a pipeline's cycles. Keeps the rays of the camera from one to the next.
 #[derive(Clone, Debug)]
@@ -62,14 +64,15 @@ impl MovingPixels {
         let depths_mm = frame.depths_mm();
         let mut is_moving = vec![false; depths_mm.len()];
         frame.rays().share_with(&mut self.last_rays);
-        if self.mark(frame, rig_from_camera, moving, &mut is_moving) {
+        let rows_px = self.mark(frame, rig_from_camera, moving, &mut is_moving);
+        if !rows_px.is_empty() {
             let growth = Growth {
                 depths_mm,
                 rays: frame.rays(),
                 floor_in_camera: floor_in_rig.map(|floor| floor.seen_from(rig_from_camera)),
                 reach: Reach::new(frame.camera(), &self.grid),
             };
-            growth.grow(&mut is_moving);
+            growth.grow(&mut is_moving, rows_px);
         }
         if let Some(robot) = robot {
             let last = self.last_robot.take();
@@ -81,20 +84,20 @@ impl MovingPixels {
         is_moving
     }
 
-    /// Marks the pixels of the voxels of these points. Returns whether there is any point.
+    /// Marks the pixels of the voxels of these points. Returns the rows that they may be in.
     fn mark<'a>(
         &self,
         frame: &DepthFrame,
         rig_from_camera: &Isometry3<f64>,
         moving: impl Iterator<Item = &'a Point3<f32>> + Clone,
         is_moving: &mut [bool],
-    ) -> bool {
+    ) -> Range<usize> {
         let grid = self.grid;
         let voxels: HashSet<VoxelKey, BuildVoxelHasher> =
             moving.clone().map(|point| grid.key(point)).collect();
-        let Some(around) = VoxelBox::around(&voxels) else { return false };
+        let Some(around) = VoxelBox::around(&voxels) else { return 0..0 };
         let area = area_of(frame.camera(), rig_from_camera, moving, grid.edge_m());
-        let mut last = None;
+        let (rows_px, mut last) = (area.rows_px.clone(), None);
         frame.for_each_voxel(rig_from_camera, area, (&grid, &around), |pixel, voxel| {
             let is_of_object = match last {
                 Some((last, is_of_object)) if last == voxel => is_of_object,
@@ -103,7 +106,7 @@ impl MovingPixels {
             last = Some((voxel, is_of_object));
             is_moving[pixel] = is_of_object;
         });
-        true
+        rows_px
     }
 }
 
@@ -219,10 +222,10 @@ struct Growth<'a> {
 }
 
 impl Growth<'_> {
-    /// Grows from the pixels of the object, a pixel to each side at a time.
-    fn grow(&self, is_moving: &mut [bool]) {
+    /// Grows from the pixels of the object, which are in these rows, a pixel to each side at a time.
+    fn grow(&self, is_moving: &mut [bool], rows_px: Range<usize>) {
         let width_px = self.rays.width_px();
-        let mut border = border_of(is_moving, width_px);
+        let mut border = border_of(is_moving, width_px, rows_px);
         let mut next = Vec::new();
         for grown_px in 0_u32.. {
             for &pixel in &border {
@@ -270,12 +273,12 @@ impl Growth<'_> {
     }
 }
 
-/// The pixels of the mask that one beside them is not of.
-fn border_of(is_moving: &[bool], width_px: usize) -> Vec<u32> {
+/// The pixels of the mask, which are in these rows, that one beside them is not of.
+fn border_of(is_moving: &[bool], width_px: usize, rows_px: Range<usize>) -> Vec<u32> {
     let mut border = Vec::new();
     let line = |row: usize| is_moving.get(row * width_px..(row + 1) * width_px).unwrap_or_default();
     let mut is_border = vec![false; width_px];
-    for row in 0..is_moving.len() / width_px.max(1) {
+    for row in rows_px.start..rows_px.end.min(is_moving.len() / width_px.max(1)) {
         let (here, below) = (line(row), line(row + 1));
         let above = row.checked_sub(1).map_or(&[][..], line);
         is_border.fill(false);
@@ -288,8 +291,15 @@ fn border_of(is_moving: &[bool], width_px: usize) -> Vec<u32> {
         for ((is_border, here), left) in right.zip(here) {
             *is_border |= here & !left;
         }
-        let of_row = (0_u32..).zip(&is_border).filter(|(_, is_border)| **is_border);
-        border.extend(of_row.map(|(column, _)| (row * width_px) as u32 + column));
+        // Most pixels are none: several at once are passed over.
+        for (part, is_border) in is_border.chunks(AT_ONCE_PX).enumerate() {
+            if !is_border.iter().fold(false, |is_any, is_border| is_any | is_border) {
+                continue;
+            }
+            let first = row * width_px + part * AT_ONCE_PX;
+            let of_part = (first as u32..).zip(is_border).filter(|(_, is_border)| **is_border);
+            border.extend(of_part.map(|(pixel, _)| pixel));
+        }
     }
     border
 }

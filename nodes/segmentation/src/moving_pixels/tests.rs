@@ -124,7 +124,7 @@ proptest! {
         };
         let expected: Vec<u32> =
             pixels.clone().filter(is_border).map(|(column, row)| (row * width + column) as u32).collect();
-        prop_assert_eq!(border_of(&is_moving, width as usize), expected);
+        prop_assert_eq!(border_of(&is_moving, width as usize, 0..height as usize), expected);
         let mut widened = is_moving.clone();
         Margin::default().add(&mut widened, width as usize);
         for ((column, row), is_widened) in pixels.zip(widened) {
