@@ -279,7 +279,7 @@ impl FreeSpaceSegmenter {
         let filled = cycle.depth.as_ref().map(|frame| {
             let map_from_camera = cycle.continuous_from_rig() * cycle.setup.mounts.rig_from_camera;
             // Without a mask: space is free before what moves as before anything else.
-            self.depth_view.fill(&DepthInput::new(frame, &map_from_camera).without_colours())
+            self.depth_view.fill_tiles(&DepthInput::new(frame, &map_from_camera))
         });
         if matches!(filled, Some(Ok(()))) {
             self.recent_views.remember(&self.depth_view);

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point3};
 use crate::noise::DepthNoise;
 use crate::projection::{Pinhole, Project, Spherical, SphericalModel, SphericalModelError};
 use remap::Remap;
-pub(crate) use tiles::Tiles;
+pub(crate) use tiles::{Depths, Tiles};
 
 /// Which depths are used.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -125,6 +125,7 @@ pub struct DepthView {
     /// The depths, row by row; see above.
     pub(crate) depths_m: Vec<f32>,
     pub(crate) width_px: usize,
+    height_px: usize,
     pub(crate) tiles: Arc<RangedTiles>,
     pub(crate) colour: Vec<[u8; 3]>,
     remap: Option<Remap>,
@@ -154,6 +155,7 @@ impl DepthView {
             noise,
             depths_m: Vec::new(),
             width_px: 0,
+            height_px: 0,
             tiles: Arc::default(),
             colour: Vec::new(),
             remap: None,
@@ -165,20 +167,9 @@ impl DepthView {
     /// # Errors
     /// When the pose is invalid.
     pub fn fill(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
-        let DepthInput { frame, is_moving, has_colour, map_from_camera } = *input;
-        if let Err(unusable) = geometry::check_pose(map_from_camera) {
-            self.empty();
-            return Err(unusable.into());
-        }
-        let (image, camera) = (frame.image(), frame.camera());
-        let (width_px, height_px) = (image.width_px(), image.height_px());
-
-        self.stamp = image.stamp;
-        self.map_from_camera = *map_from_camera;
-        self.kind = Kind::Pinhole(Pinhole::of(camera));
-        self.width_px = width_px;
-        // Those of the last image are all written over.
-        self.depths_m.resize(width_px * height_px, 0.0);
+        self.begin(input)?;
+        let DepthInput { frame, is_moving, has_colour, .. } = *input;
+        let camera = frame.camera();
         load(frame.depths_mm(), is_moving, self.range, &mut self.depths_m);
         self.colour.clear();
         self.colour.extend_from_slice(frame.colours().filter(|_| has_colour).unwrap_or_default());
@@ -191,14 +182,51 @@ impl DepthView {
             }
             self.remap = Some(remap);
         }
+        let depths_m = std::mem::take(&mut self.depths_m);
+        self.take_tiles(frame, Depths::Metres(&depths_m));
+        self.depths_m = depths_m;
+        Ok(())
+    }
+
+    /// Fills the view with the tiles of a depth image, without its depths: for the evidence of free space and for [`TiledView`](crate::TiledView),
+    /// which ask for no more. A map is not made of such a view.
+    ///
+    /// # Errors
+    /// When the pose is invalid.
+    pub fn fill_tiles(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
+        if !input.frame.camera().distortion.is_none() {
+            // The pixels have to go to their places first.
+            return self.fill(&input.without_colours());
+        }
+        self.begin(input)?;
+        self.depths_m.clear();
+        self.colour.clear();
+        self.take_tiles(input.frame, Depths::Millimetres(input.frame.depths_mm(), self.range));
+        Ok(())
+    }
+
+    fn begin(&mut self, input: &DepthInput<'_>) -> Result<(), ViewError> {
+        if let Err(unusable) = geometry::check_pose(input.map_from_camera) {
+            self.empty();
+            return Err(unusable.into());
+        }
+        let image = input.frame.image();
+        self.stamp = image.stamp;
+        self.map_from_camera = *input.map_from_camera;
+        self.kind = Kind::Pinhole(Pinhole::of(input.frame.camera()));
+        (self.width_px, self.height_px) = (image.width_px(), image.height_px());
+        Ok(())
+    }
+
+    /// Takes the tiles of another view of the frame, or those of these depths.
+    fn take_tiles(&mut self, frame: &DepthFrame, depths: Depths<'_>) {
         // They are of absolute depths, which what moves does not change.
         let of_another = frame.computed::<RangedTiles>().filter(|of| of.range == self.range);
         self.tiles = of_another.unwrap_or_else(|| {
-            let own = self.own_tiles(height_px);
+            let own = self.own_tiles(depths);
             frame.share(&own);
             own
         });
-        Ok(())
     }
 
     /// Fills the view with the points of a cloud without an image, such as that of a 3D LiDAR. The nearest point of each pixel
@@ -228,7 +256,7 @@ impl DepthView {
         self.kind = Kind::Spherical(spherical);
         self.colour.clear();
         let range = self.range;
-        self.width_px = model.columns;
+        (self.width_px, self.height_px) = (model.columns, model.rows);
         self.depths_m.clear();
         self.depths_m.resize(model.columns * model.rows, 0.0);
         for (index, point) in points_m.iter().enumerate() {
@@ -244,15 +272,17 @@ impl DepthView {
                 *kept_m = depth_m;
             }
         }
-        self.tiles = self.own_tiles(model.rows);
+        let depths_m = std::mem::take(&mut self.depths_m);
+        self.tiles = self.own_tiles(Depths::Metres(&depths_m));
+        self.depths_m = depths_m;
         Ok(())
     }
 
-    /// The tiles of its depths, in the memory of those before where no other view has these.
-    fn own_tiles(&mut self, height_px: usize) -> Arc<RangedTiles> {
+    /// The tiles of depths, in the memory of those before where no other view has these.
+    fn own_tiles(&mut self, depths: Depths<'_>) -> Arc<RangedTiles> {
         let before = std::mem::take(&mut self.tiles);
         let mut tiles = Arc::try_unwrap(before).unwrap_or_default().tiles;
-        tiles.refill(&self.depths_m, self.width_px, height_px);
+        tiles.refill(depths, self.width_px, self.height_px);
         Arc::new(RangedTiles { range: self.range, tiles })
     }
 
@@ -264,13 +294,13 @@ impl DepthView {
 
     fn empty(&mut self) {
         self.depths_m.clear();
-        self.width_px = 0;
+        (self.width_px, self.height_px) = (0, 0);
     }
 
     /// Whether it holds no image.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.depths_m.is_empty()
+        self.width_px == 0
     }
 
     /// The time of the image.
@@ -293,7 +323,7 @@ impl DepthView {
 
     /// Columns and rows of the image.
     pub(crate) fn size_px(&self) -> (usize, usize) {
-        (self.width_px, self.depths_m.len() / self.width_px.max(1))
+        (self.width_px, self.height_px)
     }
 
     /// The greatest depth in the image, in metres.
@@ -313,17 +343,23 @@ impl DepthView {
 
 /// Converts depths to metres, 0 where nothing was measured and negative where something moves.
 #[multiversion(targets("x86_64+avx2"))]
-fn load(depths_mm: &[u16], is_moving: Option<&[bool]>, range: DepthRange, depths_m: &mut [f32]) {
-    let loaded = depths_m.iter_mut().zip(depths_mm);
+fn load(depths_mm: &[u16], is_moving: Option<&[bool]>, range: DepthRange, depths_m: &mut Vec<f32>) {
+    depths_m.clear();
+    let depth_m = |depth_mm: u16| of_millimetres(depth_mm, range);
     match is_moving {
-        None => loaded.for_each(|(depth_m, &depth_mm)| {
-            *depth_m = within(f32::from(depth_mm) / 1e3, range);
-        }),
-        Some(is_moving) => loaded.zip(is_moving).for_each(|((loaded_m, &depth_mm), &is_moving)| {
-            let depth_m = within(f32::from(depth_mm) / 1e3, range);
-            *loaded_m = if is_moving { -depth_m.abs() } else { depth_m };
-        }),
+        None => depths_m.extend(depths_mm.iter().map(|&depth_mm| depth_m(depth_mm))),
+        Some(is_moving) => {
+            depths_m.extend(depths_mm.iter().zip(is_moving).map(|(&depth_mm, &is_moving)| {
+                let depth_m = depth_m(depth_mm);
+                if is_moving { -depth_m.abs() } else { depth_m }
+            }))
+        }
     }
+}
+
+#[inline(always)]
+fn of_millimetres(depth_mm: u16, range: DepthRange) -> f32 {
+    within(f32::from(depth_mm) / 1e3, range)
 }
 
 #[inline(always)]

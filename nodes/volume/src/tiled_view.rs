@@ -51,7 +51,7 @@ impl TiledView {
             columns: tiles.columns(),
             rows: tiles.rows(),
             least_m: tiles.least_return_m().to_vec(),
-            most_m: tiles.most_m().to_vec(),
+            most_m: tiles.most_m().collect(),
             farthest_m: view.farthest_m(),
         }
     }

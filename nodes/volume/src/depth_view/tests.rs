@@ -85,11 +85,40 @@ fn tiles_that_are_shared_no_more_are_filled_again() {
     for cycle in 0..3 {
         let frame = testing::frame(&camera, 0.0, vec![1.0 + 0.1 * cycle as f32; 64 * 48]);
         one.fill(&DepthInput::new(&frame, &pose)).unwrap();
-        places.push(one.tiles.most_m().as_ptr());
+        places.push(one.tiles.least_return_m().as_ptr());
         other.fill(&DepthInput::new(&frame, &pose)).unwrap();
         other.clear();
     }
     assert!(places.iter().all(|place| *place == places[0]));
+}
+
+#[test]
+fn the_tiles_alone_are_those_of_the_view() {
+    let (plain, pose) = (testing::camera(67, 45), Isometry3::identity());
+    let distortion = Distortion::PlumbBob([-0.2, 0.05, 0.001, -0.001, 0.0]);
+    let depth_m = |pixel: usize| 0.1 * (pixel * 7919 % 71) as f32;
+    let depths_m: Vec<f32> = (0..67 * 45).map(depth_m).collect();
+    for camera in [plain, CameraModel { distortion, ..plain }] {
+        // Of one frame they would be shared.
+        let [of_one, of_other] = [(); 2].map(|()| testing::frame(&camera, 3.0, depths_m.clone()));
+        let (mut whole, mut tiles_alone) = (empty(), empty());
+        whole.fill(&DepthInput::new(&of_one, &pose)).unwrap();
+        tiles_alone.fill_tiles(&DepthInput::new(&of_other, &pose)).unwrap();
+        assert!(!tiles_alone.is_empty());
+        assert_eq!(tiles_alone.size_px(), whole.size_px());
+        assert_eq!((tiles_alone.stamp, tiles_alone.kind), (whole.stamp, whole.kind));
+        assert_eq!(tiles_alone.farthest_m(), 5.0);
+        let tiles = [&whole, &tiles_alone].map(|view| {
+            let most_m: Vec<f32> = view.tiles.most_m().collect();
+            let spans = (0..60).map(|at| view.tiles.span([at, at + 6], [at / 2, at / 2 + at / 5]));
+            (view.tiles.least_return_m().to_vec(), most_m, spans.collect::<Vec<_>>())
+        });
+        assert_eq!(tiles[0], tiles[1]);
+    }
+    let nowhere = Isometry3::translation(f64::NAN, 0.0, 0.0);
+    let frame = testing::frame(&plain, 0.0, depths_m);
+    let mut view = empty();
+    assert!(view.fill_tiles(&DepthInput::new(&frame, &nowhere)).is_err() && view.is_empty());
 }
 
 #[test]
@@ -149,7 +178,7 @@ proptest! {
         rows in (0..29_u32, 0..29_u32),
     ) {
         let mut tiles = Tiles::default();
-        tiles.refill(&depths_m, 37, 29);
+        tiles.refill(Depths::Metres(&depths_m), 37, 29);
         let sorted = |(a, b): (u32, u32)| [a.min(b), a.max(b)];
         let (columns, rows) = (sorted(columns), sorted(rows));
         let span = tiles.span(columns, rows);

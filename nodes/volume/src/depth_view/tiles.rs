@@ -4,12 +4,23 @@
 //! is the union of a few overlapping squares, and no tile outside of it is used (the sparse table of range minimum queries:
 //! Bender and Farach-Colton, "The LCA problem revisited", 2000, section 3).
 
+use std::ops::Range;
+
 use multiversion::multiversion;
+
+use super::{DepthRange, of_millimetres};
 
 /// Pixels along a tile's edge, in an image of up to [`MOST_TILES`] tiles: a power of two.
 const TILE_PX: usize = 4;
 /// The maximum number of tiles: in a larger image a tile has more pixels.
 const MOST_TILES: usize = 40_000;
+
+/// The depths of an image, row by row, as [`DepthView`](crate::DepthView) has them or before they are taken to metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Depths<'a> {
+    Metres(&'a [f32]),
+    Millimetres(&'a [u16], DepthRange),
+}
 
 /// The extremes of a rectangle.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -26,12 +37,13 @@ pub(crate) struct Tiles {
     tile_px: usize,
     columns: usize,
     rows: usize,
-    /// For each level, the least depth; 0 for tiles mostly without returns.
-    least_m: Vec<Vec<f32>>,
-    /// For each level, the greatest depth; 0 without returns.
-    most_m: Vec<Vec<f32>>,
+    /// For each level, the extremes side by side, so that both come with one access to memory: the least depth, 0 for tiles mostly
+    /// without returns, and the greatest one, 0 without returns. The greatest one is negative: of several the least is chosen of both.
+    extremes_m: Vec<Vec<[f32; 2]>>,
     /// The least depth of each tile however few returns it has; 0 without returns.
     least_return_m: Vec<f32>,
+    /// The greatest depth of all; 0 without returns.
+    farthest_m: f32,
     scratch: Parts,
 }
 
@@ -56,9 +68,9 @@ impl Parts {
     }
 
     #[inline(always)]
-    fn join(&mut self, line_m: &[f32]) {
+    fn join(&mut self, line_m: impl Iterator<Item = f32>) {
         let parts = self.least_m.iter_mut().zip(&mut self.most_m).zip(&mut self.returns);
-        for (depth_m, ((least_m, most_m), returns)) in line_m.iter().zip(parts) {
+        for (depth_m, ((least_m, most_m), returns)) in line_m.zip(parts) {
             let depth_m = depth_m.abs();
             let is_seen = depth_m > 0.0;
             let least = if is_seen { depth_m } else { f32::MAX };
@@ -98,7 +110,7 @@ fn greater(a: f32, b: f32) -> f32 {
 }
 
 impl Tiles {
-    pub(crate) fn refill(&mut self, depths_m: &[f32], width_px: usize, height_px: usize) {
+    pub(crate) fn refill(&mut self, depths: Depths<'_>, width_px: usize, height_px: usize) {
         self.tile_px = TILE_PX;
         while width_px.div_ceil(self.tile_px) * height_px.div_ceil(self.tile_px) > MOST_TILES {
             self.tile_px *= 2;
@@ -107,60 +119,57 @@ impl Tiles {
         self.rows = height_px.div_ceil(self.tile_px);
         let levels = self.columns.min(self.rows).max(1).ilog2() as usize + 1;
         let tiles = self.columns * self.rows;
-        for images in [&mut self.least_m, &mut self.most_m] {
-            images.resize(levels, Vec::new());
-            for image in images.iter_mut() {
-                image.resize(tiles, 0.0);
-            }
+        self.extremes_m.resize(levels, Vec::new());
+        for image in &mut self.extremes_m {
+            image.resize(tiles, [0.0; 2]);
         }
         self.least_return_m.resize(tiles, 0.0);
-        fill(self, depths_m, width_px, height_px);
+        fill(self, depths, width_px, height_px);
+        self.farthest_m = self.most_m().fold(0.0, greater);
     }
 
     #[inline(always)]
-    fn fill_tiles(&mut self, depths_m: &[f32], width_px: usize, height_px: usize) {
-        let (Some(least_m), Some(most_m)) = (self.least_m.first_mut(), self.most_m.first_mut())
-        else {
-            return;
-        };
+    fn fill_tiles<I: Iterator<Item = f32>>(
+        &mut self,
+        line_m: impl Fn(Range<usize>) -> I,
+        width_px: usize,
+        height_px: usize,
+    ) {
+        let Some(extremes_m) = self.extremes_m.first_mut() else { return };
         let tile_px = self.tile_px;
-        let tiles = least_m
+        let tiles = extremes_m
             .chunks_exact_mut(self.columns)
-            .zip(most_m.chunks_exact_mut(self.columns))
             .zip(self.least_return_m.chunks_exact_mut(self.columns));
-        for (row, ((least_m, most_m), least_return_m)) in tiles.enumerate() {
+        for (row, (extremes_m, least_return_m)) in tiles.enumerate() {
             let lines = row * tile_px..height_px.min((row + 1) * tile_px);
             self.scratch.reset(self.columns * tile_px);
             for line in lines.clone() {
-                let line_m = depths_m.get(line * width_px..(line + 1) * width_px);
-                self.scratch.join(line_m.unwrap_or_default());
+                self.scratch.join(line_m(line * width_px..(line + 1) * width_px));
             }
             for _ in 0..tile_px.trailing_zeros() {
                 self.scratch.halve();
             }
             // A few pixels without a return among others are noise; where most have none, there may be a surface that returns
             // nothing.
-            for (column, (least_m, least_of)) in
-                least_m.iter_mut().zip(&self.scratch.least_m).enumerate()
+            let Parts { least_m, most_m, returns, .. } = &self.scratch;
+            let parts = least_m.iter().zip(most_m).zip(returns);
+            for (column, (extremes_m, ((least_m, most_m), returns))) in
+                extremes_m.iter_mut().zip(parts).enumerate()
             {
                 let columns_px = tile_px.min(width_px - column * tile_px);
                 let pixels = (columns_px * lines.len()) as f32;
-                let returns = self.scratch.returns.get(column).copied().unwrap_or(0.0);
-                *least_m = if 2.0 * returns < pixels { 0.0 } else { *least_of };
+                *extremes_m = [if 2.0 * returns < pixels { 0.0 } else { *least_m }, -most_m];
             }
             for (least_return_m, least_of) in least_return_m.iter_mut().zip(&self.scratch.least_m) {
                 *least_return_m = if *least_of == f32::MAX { 0.0 } else { *least_of };
             }
-            most_m.copy_from_slice(&self.scratch.most_m);
         }
     }
 
     #[inline(always)]
     fn fill_levels(&mut self) {
-        for level in 1..self.least_m.len() {
-            let reach = 1 << (level - 1);
-            grow(&mut self.least_m, level, self.columns, reach, lesser);
-            grow(&mut self.most_m, level, self.columns, reach, greater);
+        for level in 1..self.extremes_m.len() {
+            grow(&mut self.extremes_m, level, self.columns, 1 << (level - 1));
         }
     }
 
@@ -173,19 +182,20 @@ impl Tiles {
         let [left, right] = columns.map(|pixel| tile(pixel, self.columns));
         let [top, bottom] = rows.map(|pixel| tile(pixel, self.rows));
         let side = (right - left).min(bottom - top) + 1;
-        let level = (side.ilog2() as usize).min(self.least_m.len() - 1);
+        let level = (side.ilog2() as usize).min(self.extremes_m.len() - 1);
         let window = 1 << level;
-        let (least_m, most_m) = (self.least_m[level].as_slice(), self.most_m[level].as_slice());
+        let extremes_m = self.extremes_m[level].as_slice();
         // Windows side by side, and the last one as far as the rectangle goes.
         let (last_row, last_column) = (bottom + 1 - window, right + 1 - window);
-        let mut span = DepthSpan { free_to_m: f32::MAX, known_to_m: 0.0 };
+        let (mut free_to_m, mut minus_known_to_m) = (f32::MAX, -0.0);
         let mut row = top;
         loop {
             let first = row * self.columns;
             let mut column = left;
             loop {
-                span.free_to_m = lesser(span.free_to_m, least_m[first + column]);
-                span.known_to_m = greater(span.known_to_m, most_m[first + column]);
+                let [least_m, minus_most_m] = extremes_m[first + column];
+                free_to_m = lesser(free_to_m, least_m);
+                minus_known_to_m = lesser(minus_known_to_m, minus_most_m);
                 if column == last_column {
                     break;
                 }
@@ -196,7 +206,7 @@ impl Tiles {
             }
             row = (row + window).min(last_row);
         }
-        span
+        DepthSpan { free_to_m, known_to_m: -minus_known_to_m }
     }
 
     pub(crate) fn tile_px(&self) -> usize {
@@ -219,39 +229,47 @@ impl Tiles {
     }
 
     /// The greatest depth of each tile, row by row; 0 where there are no returns.
-    pub(crate) fn most_m(&self) -> &[f32] {
-        self.most_m.first().map_or(&[], Vec::as_slice)
+    pub(crate) fn most_m(&self) -> impl Iterator<Item = f32> {
+        self.extremes_m.first().into_iter().flatten().map(|[_, minus_most_m]| -minus_most_m)
     }
 
     /// The greatest depth of all; 0 where there are no returns.
     pub(crate) fn farthest_m(&self) -> f32 {
-        self.most_m.first().map_or(0.0, |most_m| most_m.iter().copied().fold(0.0, f32::max))
+        self.farthest_m
     }
 
     pub(crate) fn memory_bytes(&self) -> usize {
         let Parts { least_m, most_m, returns, spare } = &self.scratch;
-        let images = self.least_m.iter().chain(&self.most_m);
-        let images = images.chain([&self.least_return_m, least_m, most_m, returns, spare]);
-        images.map(|image| image.capacity() * size_of::<f32>()).sum()
+        let extremes = self.extremes_m.iter().map(|image| image.capacity() * size_of::<[f32; 2]>());
+        let others = [&self.least_return_m, least_m, most_m, returns, spare];
+        extremes.sum::<usize>()
+            + others.map(|image| image.capacity() * size_of::<f32>()).iter().sum::<usize>()
     }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn fill(tiles: &mut Tiles, depths_m: &[f32], width_px: usize, height_px: usize) {
-    tiles.fill_tiles(depths_m, width_px, height_px);
+fn fill(tiles: &mut Tiles, depths: Depths<'_>, width_px: usize, height_px: usize) {
+    match depths {
+        Depths::Metres(depths_m) => {
+            let line_m =
+                |pixels: Range<usize>| depths_m.get(pixels).unwrap_or_default().iter().copied();
+            tiles.fill_tiles(line_m, width_px, height_px);
+        }
+        Depths::Millimetres(depths_mm, range) => {
+            let line_m = |pixels: Range<usize>| {
+                let line_mm = depths_mm.get(pixels).unwrap_or_default();
+                line_mm.iter().map(move |depth_mm| of_millimetres(*depth_mm, range))
+            };
+            tiles.fill_tiles(line_m, width_px, height_px);
+        }
+    }
     tiles.fill_levels();
 }
 
 /// Computes a level from the one before: from four of its squares, `reach` tiles apart. A square that extends beyond the
 /// border has only the tiles inside.
 #[inline(always)]
-fn grow(
-    levels: &mut [Vec<f32>],
-    level: usize,
-    columns: usize,
-    reach: usize,
-    choose: impl Fn(f32, f32) -> f32 + Copy,
-) {
+fn grow(levels: &mut [Vec<[f32; 2]>], level: usize, columns: usize, reach: usize) {
     let (finer, coarser) = levels.split_at_mut(level);
     let (Some(finer), Some(coarser)) = (finer.last(), coarser.first_mut()) else { return };
     let rows = finer.len() / columns.max(1);
@@ -261,14 +279,22 @@ fn grow(
         let (Some(upper_last), Some(lower_last)) = (upper.last(), lower.last()) else { return };
         // Beyond the last column the last one is repeated.
         let (inner, outer) = made.split_at_mut(columns.saturating_sub(reach));
-        let right = upper.iter().skip(reach).zip(lower.iter().skip(reach));
-        for (((made, upper), lower), right) in inner.iter_mut().zip(upper).zip(lower).zip(right) {
-            *made = choose(choose(*upper, *right.0), choose(*lower, *right.1));
+        let right = [upper, lower].map(|line| line.get(reach..).unwrap_or_default());
+        // As plain numbers, several at once.
+        let right = right[0].as_flattened().iter().zip(right[1].as_flattened());
+        let left = upper.as_flattened().iter().zip(lower.as_flattened());
+        for ((made, left), right) in inner.as_flattened_mut().iter_mut().zip(left).zip(right) {
+            *made = lesser(lesser(*left.0, *right.0), lesser(*left.1, *right.1));
         }
-        let last = choose(*upper_last, *lower_last);
+        let last = lesser_ones(*upper_last, *lower_last);
         let left = upper.iter().zip(lower).skip(columns.saturating_sub(reach));
         for (made, (upper, lower)) in outer.iter_mut().zip(left) {
-            *made = choose(choose(*upper, *lower), last);
+            *made = lesser_ones(lesser_ones(*upper, *lower), last);
         }
     }
+}
+
+#[inline(always)]
+fn lesser_ones([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [lesser(a, c), lesser(b, d)]
 }
