@@ -56,11 +56,10 @@ impl Floor {
     /// least squares; with more than a few points below it, it is a table, not the floor.
     #[must_use]
     pub fn of(points_in_map: &[Point3<f64>]) -> Option<Self> {
-        let mut sorted_m: Vec<f64> = points_in_map.iter().map(|point| point.z).collect();
-        sorted_m.sort_unstable_by(f64::total_cmp);
+        let may_be_below = (MAX_SHARE_BELOW * points_in_map.len() as f64) as usize;
+        let sorted_m = lowest_sorted_m(points_in_map, may_be_below);
         // From the lowest up, the first height at which a window of twice the inliers' width is full.
         let mut from_m = *sorted_m.first()?;
-        let may_be_below = (MAX_SHARE_BELOW * sorted_m.len() as f64) as usize;
         let middle_m = loop {
             let below = sorted_m.partition_point(|&z_m| z_m < from_m);
             if below > may_be_below {
@@ -123,6 +122,19 @@ impl Floor {
             origin_m: slopes.dot(&mean.xy()) - mean.z,
         })
     }
+}
+
+/// The heights of the points, from the lowest up, as far as a window reaches that begins no higher than the lowest one with so many
+/// below it.
+fn lowest_sorted_m(points_in_map: &[Point3<f64>], below: usize) -> Vec<f64> {
+    let mut heights_m: Vec<f64> = points_in_map.iter().map(|point| point.z).collect();
+    if below < heights_m.len() {
+        let (_, highest_m, _) = heights_m.select_nth_unstable_by(below, f64::total_cmp);
+        let most_m = *highest_m + 2.0 * INLIER_M;
+        heights_m.retain(|height_m| *height_m <= most_m);
+    }
+    heights_m.sort_unstable_by(f64::total_cmp);
+    heights_m
 }
 
 #[cfg(test)]
@@ -201,6 +213,20 @@ mod tests {
         ) {
             let points: Vec<_> = coordinates.into_iter().map(Point3::from).collect();
             let _ = Floor::of(&points);
+        }
+
+        #[test]
+        fn the_lowest_heights_are_the_first_of_all(
+            heights_m in prop::collection::vec(-2.0..2.0_f64, 1..300), below in 0..300_usize,
+        ) {
+            let points: Vec<_> = heights_m.iter().map(|z_m| Point3::new(0.0, 0.0, *z_m)).collect();
+            let mut sorted_m = heights_m;
+            sorted_m.sort_unstable_by(f64::total_cmp);
+            let lowest_m = lowest_sorted_m(&points, below);
+            prop_assert_eq!(&lowest_m, &sorted_m[..lowest_m.len()]);
+            let highest_m = sorted_m.get(below).copied().unwrap_or(f64::INFINITY);
+            let beyond = &sorted_m[lowest_m.len()..];
+            prop_assert!(beyond.iter().all(|z_m| *z_m > highest_m + 2.0 * INLIER_M));
         }
     }
 }
