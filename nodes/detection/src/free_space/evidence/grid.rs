@@ -121,7 +121,7 @@ impl RollingGrid {
 
     /// The evidence on the cell of a place in the window, to be renewed. That it was free at another height
     /// is forgotten; background stays background.
-    #[inline]
+    #[inline(always)]
     pub(super) fn cell_mut(&mut self, place_m: &Point3<f64>, now_ms: u32) -> Option<&mut Cell> {
         let place = self.place(self.key_of(&place_m.xy()))?;
         if !self.is_level(place, place_m.z) && self.cells[place].hits() == 0 {
