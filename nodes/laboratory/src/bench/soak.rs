@@ -94,7 +94,7 @@ async fn soak(args: &SoakArgs, node: &Node) -> Result<Soaked, Failure> {
     let namespace = format!("/soak_{}", std::process::id());
     let watch = Watch::new(node, &namespace)?;
     let rig = SimulatedRig::new(node, &namespace)?;
-    let suite = Suite::start(args, &namespace)?;
+    let mut suite = Suite::start(args, &namespace)?;
     let shutdown = node.shutdown_signal();
     let progress = Progress::new("minutes", args.minutes.ceil() as u64);
     let over = tokio::time::sleep(Duration::from_secs_f64(args.minutes * LENGTH_S));
@@ -104,7 +104,7 @@ async fn soak(args: &SoakArgs, node: &Node) -> Result<Soaked, Failure> {
         () = shutdown.wait() => Ok(Outcome::Interrupted),
         () = over => Ok(Outcome::Complete),
         failed = rig.drive() => Err(failed),
-        failed = watch.follow(&suite, &mut minutes, &progress) => Err(failed),
+        failed = watch.follow(&mut suite, &mut minutes, &progress) => Err(failed),
     };
     progress.finish();
     // Where it has ended by itself, this has its last words.

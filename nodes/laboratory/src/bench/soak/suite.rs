@@ -1,8 +1,7 @@
 //! The suite that is watched, a process of `stillmap up`, and what it holds.
 
 use std::collections::VecDeque;
-use std::process::{ExitStatus, Stdio};
-use std::sync::{Mutex, PoisonError};
+use std::process::Stdio;
 use std::time::Instant;
 
 use robot::{Failure, Process};
@@ -24,8 +23,7 @@ pub(super) struct Held {
 
 /// The running suite; it is stopped when this is dropped.
 pub(super) struct Suite {
-    process: Mutex<Process>,
-    id: u32,
+    process: Process,
     trouble: Lines<VecDeque<String>>,
     /// With the map file; removed at the end.
     _folder: tempfile::TempDir,
@@ -51,41 +49,38 @@ impl Suite {
         command.stdout(Stdio::null()).stderr(Stdio::piped());
         let mut process = Process::spawn("the suite", command)?;
         let trouble = pipe::last_lines(process.take_stderr());
-        Ok(Self { id: process.id(), process: Mutex::new(process), trouble, _folder: folder })
+        Ok(Self { process, trouble, _folder: folder })
     }
 
     /// What it holds now.
     ///
     /// # Errors
     /// When it has ended, or the system does not tell.
-    pub(super) fn held(&self) -> Result<Held, Failure> {
-        if let Some(status) = self.lock().ended()? {
+    pub(super) fn held(&mut self) -> Result<Held, Failure> {
+        if let Some(status) = self.process.ended()? {
             return Err(Failure::new(format!("the suite has ended: {status}")));
         }
+        let id = self.process.id();
         let held = || {
-            let usage = Usage::of(self.id)?;
+            let usage = Usage::of(id)?;
             Some(Held {
                 at: Instant::now(),
                 cpu_s: usage.cpu_s,
                 rss_bytes: usage.rss_bytes?,
-                descriptors: descriptors_of(self.id)?,
-                threads: threads_of(self.id)?,
+                descriptors: descriptors_of(id)?,
+                threads: threads_of(id)?,
             })
         };
         held().ok_or_else(|| Failure::new("this system does not tell what a process holds"))
     }
 
     /// Ends it in order.
-    pub(super) fn stop(self) -> Result<(), Failure> {
-        let status: ExitStatus = self.lock().stop()?;
+    pub(super) fn stop(mut self) -> Result<(), Failure> {
+        let status = self.process.stop()?;
         if status.success() {
             return Ok(());
         }
         let last: Vec<String> = self.trouble.finish().into();
         Err(Failure::new(format!("the suite ended with {status}: {}", last.join("; "))))
-    }
-
-    fn lock(&self) -> std::sync::MutexGuard<'_, Process> {
-        self.process.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -43,7 +43,7 @@ impl Watch {
     /// Fills minute after minute; returns where the suite ends before it is stopped.
     pub(super) async fn follow(
         self,
-        suite: &Suite,
+        suite: &mut Suite,
         minutes: &mut Minutes,
         progress: &Progress,
     ) -> Failure {
