@@ -96,6 +96,29 @@ fn invalid_calibrations_are_found() {
     only(&findings_of(&[info(k), info(other)]), Check::Calibration, Severity::Warn);
 }
 
+/// Regression: the first K was judged by the smallest of all sizes: after a restart in a smaller mode it was wrong, though each message is right,
+/// and a wrong one after the restart was not judged.
+#[test]
+fn each_calibration_is_judged_by_its_own_size() {
+    let info = |factor: f64, (width, height): (u32, u32)| CameraInfo {
+        header: header(),
+        width,
+        height,
+        k: [525.0, 0.0, 319.5, 0.0, 525.0, 239.5, 0.0, 0.0, 1.0]
+            .map(|one| if one == 1.0 { one } else { factor * (one + 0.5) - 0.5 }),
+        ..CameraInfo::default()
+    };
+    let (large, small) = (info(1.0, (640, 480)), info(0.5, (320, 240)));
+    let is_of_mode = |one: &Finding| one.what.contains("the calibration changes");
+    for modes in [[large.clone(), small.clone()], [small, large.clone()]] {
+        let findings = findings_of(&modes);
+        assert!(findings.iter().all(is_of_mode), "{findings:?}");
+    }
+    let findings = findings_of(&[large.clone(), info(1.0, (320, 240)), large]);
+    let of_size = findings.iter().filter(|one| one.what.contains("320 x 240 pixels"));
+    assert_eq!(of_size.count(), 1, "{findings:?}");
+}
+
 /// Regression: the first message of a simulation, whose clock begins at 0, made a bag one with errors.
 #[test]
 fn a_clock_that_begins_at_zero_is_no_error() {
