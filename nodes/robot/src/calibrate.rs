@@ -2,6 +2,9 @@
 
 mod choice;
 mod gathering;
+#[cfg(test)]
+pub(crate) mod joint_bag;
+pub(crate) mod mounts_of_tf;
 mod output;
 mod poses;
 pub(crate) mod reader;
@@ -12,10 +15,11 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use bag_player::Bag;
-use calibration::{CalibrationConfig, DepthOptics, calibrate};
+use calibration::{CalibrationConfig, Cycle, DepthOptics, calibrate};
 use clap::Args;
-use geometry::{CameraModel, ExtrinsicsSource, RayTable, RigConfig, RigMounts};
+use geometry::{CameraModel, ExtrinsicsSource, RayTable, RigConfig, RigMounts, Stamp};
 
+use self::mounts_of_tf::{MountsOfTf, is_one_mount};
 use self::reader::{Choosing, Read, ReadCycles, Topics};
 use self::rig_poses::RigPoses;
 use crate::console;
@@ -94,6 +98,7 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     };
     let topics = Topics { scan: inputs.scan, image, camera_info, poses };
     let Read { cycles, camera, losses } = reader::read(&bag, &info, &topics, &choosing)?;
+    start.check_joint((&bag, &inputs.transforms), &node.config.pipeline.rig, &cycles.cycles)?;
     let camera = match &args.camera_file {
         Some(file) => read_camera(file)?,
         None => camera.ok_or_else(|| no_camera(&topics))?,
@@ -127,14 +132,16 @@ pub(crate) fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
 struct StartingMounts {
     mounts: RigMounts,
     source: ExtrinsicsSource,
+    /// The frames of camera and scanner, where a joint may move one of them.
+    jointed: Option<[String; 2]>,
 }
 
 impl StartingMounts {
     /// Those of the parameters, or of the bag's tf where these say so.
     fn of(bag: &Bag, inputs: &Inputs, rig: &RigConfig) -> Result<Self, Failure> {
-        let (mut mounts, source) = (rig.mounts(), rig.extrinsics);
+        let source = rig.extrinsics;
         if source == ExtrinsicsSource::Parameters {
-            return Ok(Self { mounts, source });
+            return Ok(Self { mounts: rig.mounts(), source, jointed: None });
         }
         let SensorFrames { camera: Some(camera), scanner: Some(scanner) } =
             SensorFrames::of(bag, inputs)?
@@ -145,18 +152,35 @@ impl StartingMounts {
             .fix("`stillmap doctor BAG` says what is wrong"));
         };
         let tree = tf_frames::tree_of(bag, &inputs.transforms)?;
-        let lookup = |parent: &str, child: &str| {
-            tree.lookup_latest(parent, child).map_err(|error| {
-                Failure::new(format!("the mounts to start from are to be those of tf: {error}")).fix(
-                    "a --params-file with `extrinsics: parameters`, rig_from_camera and rig_from_lidar",
-                )
-            })
-        };
-        if source == ExtrinsicsSource::TfFromRig {
-            mounts.rig_from_camera = lookup(&rig.rig_frame_id, &camera)?;
+        let by_tf = MountsOfTf { rig, camera: &camera, scanner: &scanner };
+        let mounts = by_tf.latest(&tree).map_err(|error| {
+            Failure::new(format!("the mounts to start from are to be those of tf: {error}")).fix(
+                "a --params-file with `extrinsics: parameters`, rig_from_camera and rig_from_lidar",
+            )
+        })?;
+        let is_jointed = by_tf.are_jointed(&tree);
+        Ok(Self { mounts, source, jointed: is_jointed.then_some([camera, scanner]) })
+    }
+
+    /// What is calibrated is one mount.
+    fn check_joint(
+        &self,
+        (bag, transforms): (&Bag, &[&str]),
+        rig: &RigConfig,
+        cycles: &[Cycle],
+    ) -> Result<(), Failure> {
+        let Some([camera, scanner]) = &self.jointed else { return Ok(()) };
+        let stamps: Vec<Stamp> = cycles.iter().map(|cycle| cycle.image.stamp).collect();
+        let by_tf = MountsOfTf { rig, camera, scanner };
+        let of_cycles: Vec<RigMounts> =
+            by_tf.at(bag, transforms, &stamps)?.into_iter().flatten().collect();
+        if is_one_mount(&of_cycles) {
+            return Ok(());
         }
-        mounts.rig_from_lidar = mounts.rig_from_camera * lookup(&camera, &scanner)?;
-        Ok(Self { mounts, source })
+        Err(Failure::new(format!(
+            "by tf a joint moves the scanner relative to the camera while the bag is recorded ({scanner} to {camera})"
+        ))
+        .fix("record while it stands still: a calibration is of one mount"))
     }
 }
 

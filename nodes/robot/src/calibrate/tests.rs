@@ -145,3 +145,17 @@ fn a_calibration_starts_from_the_mounts_of_tf_where_parameters_say_so() {
     let found = of_camera.rig_from_camera.inverse() * of_camera.rig_from_lidar;
     assert!(off_m(&found, &camera_from_lidar) < 1e-9);
 }
+
+/// Regression: the calibration of a robot whose head turns meanwhile took one transform for all of its cycles: it "did not settle", or wrote a
+/// mount between both.
+#[test]
+fn a_calibration_over_which_a_joint_turns_is_refused_with_that_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let [bag, parameters] = joint_bag::write(folder.path(), [joint_bag::TURN_RAD, 0.0]);
+    let failure =
+        run(&args(&bag, &["--params-file", parameters.to_str().unwrap()])).unwrap_err().to_string();
+    assert!(failure.contains("a joint moves the scanner relative to the camera"), "{failure}");
+    let [bag, parameters] = joint_bag::write(folder.path(), [0.0; 2]);
+    let still = run(&args(&bag, &["--params-file", parameters.to_str().unwrap()]));
+    assert_eq!(still.unwrap(), Outcome::Complete);
+}

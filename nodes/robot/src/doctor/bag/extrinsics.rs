@@ -5,9 +5,10 @@ use calibration::{
     CalibrationConfig, Cycle, DepthOptics, DriftConfig, DriftMonitor, Extrinsics, RigMounts,
 };
 use detection::shell::DetectionParameters;
-use geometry::{ExtrinsicsSource, RayTable, RigConfig, pose_vector};
+use geometry::{ExtrinsicsSource, RayTable, RigConfig, Stamp, pose_vector};
 
 use super::reading::BagFacts;
+use crate::calibrate::mounts_of_tf::{MountsOfTf, is_one_mount};
 use crate::calibrate::reader::{self, Choosing, Topics};
 use crate::calibrate::rig_poses::RigPoses;
 use crate::doctor::checks::Check;
@@ -131,45 +132,68 @@ fn checked(
     let rays = RayTable::new(&camera).ok()?;
     let optics = DepthOptics { camera: &camera, rays: &rays };
     let rig = &config.pipeline.rig;
-    let by_parameters = rig.mounts();
-    let by_tf = mounts_of_tf(facts, inputs, rig);
+    let by_tf = mounts_of_tf(bag, facts, (inputs, rig), &cycles);
     let limit_m = parameters.extrinsics_limit_m;
-    let judged = |mounts: &RigMounts| judge(&cycles, optics, mounts, limit_m);
-    let tf = by_tf.map(|mounts| (judged(&mounts), mounts));
-    Some(Ok(from_verdicts(judged(&by_parameters), tf, config.pipeline.rig.extrinsics)))
+    let judged = |mounts: &[Option<RigMounts>]| judge(&cycles, mounts, optics, limit_m);
+    let tf = by_tf.map(|mounts| ByTf { verdict: judged(&mounts), mounts: only_mounts(&mounts) });
+    let by_parameters = judged(&vec![Some(rig.mounts()); cycles.len()]);
+    Some(Ok(from_verdicts(by_parameters, tf, rig.extrinsics)))
 }
 
-/// The mounts of the sensors by tf; that of the camera by the parameters, where these do not leave it to tf.
-fn mounts_of_tf(facts: &BagFacts, inputs: &Inputs, rig: &RigConfig) -> Option<RigMounts> {
+/// What tf says of the mount.
+struct ByTf {
+    verdict: Extrinsics,
+    /// None where a joint moves a sensor.
+    mounts: Option<RigMounts>,
+}
+
+/// The mounts of the sensors by tf in each cycle, as far as they are known there; `None` where tf does not have them.
+fn mounts_of_tf(
+    bag: &Bag,
+    facts: &BagFacts,
+    (inputs, rig): (&Inputs, &RigConfig),
+    cycles: &[Cycle],
+) -> Option<Vec<Option<RigMounts>>> {
     let ViewTopics::Depth { image, .. } = &inputs.view else { return None };
     let frame = |topic: &str| facts.topics.get(topic)?.content.frame();
-    let (camera, scanner) = (frame(image)?, frame(&inputs.scan)?);
+    let frames = MountsOfTf { rig, camera: frame(image)?, scanner: frame(&inputs.scan)? };
     let tree = facts.transforms.tree();
-    let rig_from_camera = if rig.extrinsics == ExtrinsicsSource::TfFromRig {
-        tree.lookup_latest(&rig.rig_frame_id, camera).ok()?
-    } else {
-        rig.mounts().rig_from_camera
-    };
-    let camera_from_lidar = tree.lookup_latest(camera, scanner).ok()?;
-    Some(RigMounts { rig_from_camera, rig_from_lidar: rig_from_camera * camera_from_lidar })
+    let latest = frames.latest(tree).ok()?;
+    if !frames.are_jointed(tree) {
+        return Some(vec![Some(latest); cycles.len()]);
+    }
+    let stamps: Vec<Stamp> = cycles.iter().map(|cycle| cycle.image.stamp).collect();
+    frames.at(bag, &inputs.transforms, &stamps).ok()
 }
 
+/// The mounts of all cycles, where they are the same.
+fn only_mounts(mounts: &[Option<RigMounts>]) -> Option<RigMounts> {
+    let known: Vec<RigMounts> = mounts.iter().copied().flatten().collect();
+    if is_one_mount(&known) { known.last().copied() } else { None }
+}
+
+/// The verdict about mounts, one for each cycle; those without are left out.
 fn judge(
     cycles: &[Cycle],
+    mounts: &[Option<RigMounts>],
     optics: DepthOptics<'_>,
-    mounts: &RigMounts,
     limit_m: f64,
 ) -> Extrinsics {
+    let known: Vec<(&Cycle, &RigMounts)> = cycles
+        .iter()
+        .zip(mounts)
+        .filter_map(|(cycle, mounts)| Some((cycle, mounts.as_ref()?)))
+        .collect();
     // All cycles are one window.
     let config = DriftConfig {
         limit_m,
-        window_cycles: cycles.len(),
+        window_cycles: known.len().max(LEAST_CYCLES),
         windows_in_a_row: 1,
         ..DriftConfig::default()
     };
     let mut monitor = DriftMonitor::new(config, CalibrationConfig::default());
     let mut verdict = Extrinsics::Unknown { returns: 0 };
-    for cycle in cycles {
+    for (cycle, mounts) in known {
         verdict = monitor.observe(&cycle.returns, &cycle.image, optics, mounts);
     }
     verdict
@@ -190,11 +214,11 @@ fn offset(verdict: &Extrinsics) -> Option<String> {
 
 fn from_verdicts(
     by_parameters: Extrinsics,
-    by_tf: Option<(Extrinsics, RigMounts)>,
+    by_tf: Option<ByTf>,
     source: ExtrinsicsSource,
 ) -> Option<Finding> {
     let reads_tf = source != ExtrinsicsSource::Parameters;
-    if let Some((verdict, mounts)) = &by_tf {
+    if let Some(ByTf { verdict, mounts }) = &by_tf {
         let offset_by_tf = offset(verdict)?;
         if verdict.is_wrong() {
             return Some(Finding::grave_if(
@@ -211,10 +235,7 @@ fn from_verdicts(
                     "by the parameter rig_from_lidar the scan lies {}, and by tf {offset_by_tf}",
                     offset(&by_parameters)?
                 ),
-                format!(
-                    "a --params-file with `extrinsics: tf` under detection: ros__parameters:, or `rig_from_lidar: {:.4?}`",
-                    pose_vector(&mounts.rig_from_lidar)
-                ),
+                by_tf_fix(mounts.as_ref()),
             ));
         }
         return Some(Finding::ok(Check::Extrinsics, format!("by tf the scan lies {offset_by_tf}")));
@@ -224,5 +245,12 @@ fn from_verdicts(
         Finding::error(Check::Extrinsics, what, CALIBRATE)
     } else {
         Finding::ok(Check::Extrinsics, what)
+    })
+}
+
+fn by_tf_fix(mounts: Option<&RigMounts>) -> String {
+    const FIX: &str = "a --params-file with `extrinsics: tf` under detection: ros__parameters:";
+    mounts.map_or(FIX.to_owned(), |mounts| {
+        format!("{FIX}, or `rig_from_lidar: {:.4?}`", pose_vector(&mounts.rig_from_lidar))
     })
 }

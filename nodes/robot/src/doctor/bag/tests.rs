@@ -12,6 +12,7 @@ use msgs::sensor_msgs::{CameraInfo, Image, LaserScan};
 use msgs::tf2_msgs::TFMessage;
 
 use super::*;
+use crate::calibrate::joint_bag;
 use crate::doctor::checks::Check;
 use crate::doctor::finding::Severity;
 use crate::run::parameters::ParameterArgs;
@@ -313,4 +314,29 @@ fn a_topic_that_nothing_reads_may_be_left_out() {
     assert_eq!(severity(&facts), [Severity::Ok]);
     facts.losses.push(left_out("/scan (sensor_msgs/LaserScan)"));
     assert_eq!(severity(&facts), [Severity::Error, Severity::Ok]);
+}
+
+/// What is said of the mount in a bag whose scanner a joint turns: the turn, and the error of tf.
+fn mount_of_joint(turn_and_error_rad: [f64; 2]) -> Finding {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, file] = joint_bag::write(folder.path(), turn_and_error_rad);
+    let args = ParameterArgs { files: vec![file], ..ParameterArgs::default() };
+    let parameters = PipelineParameters::load(&args).unwrap();
+    let bag = Bag::open(&path).unwrap();
+    let findings = findings(&bag, &TopicArgs::default(), (parameters, true), None).unwrap();
+    let mut of_mount = findings.into_iter().filter(|one| one.check == Check::Extrinsics);
+    let (first, second) = (of_mount.next().unwrap(), of_mount.next());
+    assert_eq!(second, None, "{first:?}");
+    first
+}
+
+/// Regression: the last transform of the bag was taken for the mount of all scans, so that a robot whose head turns had an
+/// error, or no line.
+#[test]
+fn the_mount_by_a_joint_is_that_of_each_scan() {
+    let right = mount_of_joint([joint_bag::TURN_RAD, 0.0]);
+    assert_eq!(right.severity, Severity::Ok, "{right:?}");
+    assert!(right.what.contains("by tf the scan lies 0.0"), "{right:?}");
+    let wrong = mount_of_joint([joint_bag::TURN_RAD; 2]);
+    assert_eq!(wrong.severity, Severity::Error, "{wrong:?}");
 }
