@@ -24,7 +24,7 @@ use crate::run::inputs::TopicArgs;
 use crate::run::parameters::{ParameterArgs, PipelineParameters};
 use crate::run::terminal::is_coloured;
 use checks::Check;
-pub(crate) use content::{FARTHEST_M, wrong_calibration};
+pub(crate) use content::{CalibrationFault, FARTHEST_M, wrong_calibration};
 use finding::{Finding, Severity, Tally};
 use graph::{GraphView, TopicListing};
 pub(crate) use graph::{Listening, Proposal};

@@ -1,5 +1,6 @@
 //! The content of a topic's messages, from a bag or the live graph, and what is wrong with it.
 
+mod calibration;
 mod camera;
 pub(super) mod clocks;
 mod cloud;
@@ -22,8 +23,9 @@ use msgs::std_msgs::Header;
 
 use super::checks::Check;
 use super::finding::Finding;
+pub(crate) use calibration::CalibrationFault;
+pub(crate) use calibration::wrong as wrong_calibration;
 pub(super) use camera::CameraFacts;
-pub(crate) use camera::wrong as wrong_calibration;
 use cloud::CloudFacts;
 use frames::Frames;
 pub(super) use image::ImageFacts;

@@ -171,7 +171,7 @@ impl<'a> Job<'a> {
         if let Some(failure) = crate::run::no_cycle(&record) {
             return Err(failure);
         }
-        let mut findings = of_sensors(doubtful, &record, self.inputs);
+        let mut findings = of_sensors(&doubtful, &record, self.inputs);
         findings.extend(no_map(&record));
         let of_detection = record.drops.iter().filter(|drop| drop.topic_or_stage == "detection");
         let scans_without_cycle = of_detection.map(|drop| drop.count).sum();

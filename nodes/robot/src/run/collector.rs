@@ -1,13 +1,16 @@
-//! Subscribes to the three nodes and passes their messages to the recorder.
+//! Subscribes to the three nodes, and to what they take that is judged, and passes the messages to the recorder.
 
 use std::collections::BTreeMap;
+use std::future;
 use std::sync::Arc;
 
+use detection::shell::{CloudInput, DetectionParameters};
 use geometry::{Cloud, ColouredCloud, CycleTracks, DetectedCycle, SegmentationCounts, Stamp};
+use msgs::RosMessage;
 use msgs::convert::{self, ConvertError};
 use msgs::diagnostic_msgs::DiagnosticArray;
 use msgs::nav_msgs::Path;
-use msgs::sensor_msgs::{LaserScan, PointCloud2};
+use msgs::sensor_msgs::{CameraInfo, LaserScan, PointCloud2};
 use msgs::stillmap_msgs::StageReport;
 use node_shell::{Arrived, GrantedBuffer, Node, Qos, ShellError, Subscription, ValueSubscription};
 
@@ -25,6 +28,8 @@ pub(super) struct Collector {
     node: Node,
     diagnostics: Subscription<DiagnosticArray>,
     scans: Subscription<LaserScan>,
+    /// None where detection takes clouds, or its calibration is that of a file.
+    camera_infos: Option<Subscription<CameraInfo>>,
     detected: ValueSubscription<DetectedCycle>,
     dynamic_clouds: ValueSubscription<Cloud>,
     tracks: ValueSubscription<CycleTracks>,
@@ -48,8 +53,12 @@ pub(super) struct CollectedState {
 }
 
 impl Collector {
-    /// Subscribes as `node`, which is in the run's namespace.
-    pub(super) fn on(node: Node) -> Result<Self, ShellError> {
+    /// Subscribes as `node`, which is in the run's namespace, to what `detection` takes and the nodes publish.
+    pub(super) fn on(node: Node, detection: &DetectionParameters) -> Result<Self, ShellError> {
+        let takes_camera_info =
+            detection.input != CloudInput::Points && detection.camera_info_file.is_empty();
+        let to_camera_info =
+            || node.subscription("depth/camera_info", &Qos::sensor(WAITING_MESSAGES));
         let reliable = Qos::reliable(WAITING_MESSAGES);
         let report = |stage: Stage| {
             node.subscription::<StageReport>(&format!("{}/report", stage.name()), &reliable)
@@ -57,6 +66,7 @@ impl Collector {
         Ok(Self {
             diagnostics: node.subscription("/diagnostics", &Qos::reliable(WAITING_DIAGNOSTICS))?,
             scans: node.subscription("scan", &Qos::sensor(WAITING_MESSAGES))?,
+            camera_infos: takes_camera_info.then(to_camera_info).transpose()?,
             detected: node.value_subscription("reduced_cloud", &reliable)?,
             dynamic_clouds: node.value_subscription("dynamic_cloud", &reliable)?,
             tracks: node.value_subscription("tracks", &reliable)?,
@@ -92,6 +102,7 @@ impl Collector {
         let received = tokio::select! {
             received = self.diagnostics.next() => Received::Diagnostics(received.message),
             received = self.scans.next() => Received::Scan(received.message),
+            received = next_of(self.camera_infos.as_ref()) => Received::CameraInfo(received.message),
             received = self.detected.next() => Received::Detected(received.message),
             received = self.dynamic_clouds.next() => Received::DynamicCloud(received.message),
             received = self.tracks.next() => Received::Tracks(received.message),
@@ -101,8 +112,13 @@ impl Collector {
             received = segmentation.next() => Received::Report(Stage::Segmentation, received.message),
             received = reconstruction.next() => Received::Report(Stage::Reconstruction, received.message),
         };
-        let about_a_cycle =
-            !matches!(received, Received::Diagnostics(_) | Received::Path(_) | Received::Scan(_));
+        let about_a_cycle = !matches!(
+            received,
+            Received::Diagnostics(_)
+                | Received::Path(_)
+                | Received::Scan(_)
+                | Received::CameraInfo(_)
+        );
         self.take(received, recorder);
         about_a_cycle
     }
@@ -120,6 +136,10 @@ impl Collector {
         });
         reports
             .or_else(|| self.scans.try_next().map(|next| Received::Scan(next.message)))
+            .or_else(|| {
+                let next = self.camera_infos.as_ref()?.try_next()?;
+                Some(Received::CameraInfo(next.message))
+            })
             .or_else(|| self.detected.try_next().map(|next| Received::Detected(next.message)))
             .or_else(|| {
                 self.dynamic_clouds.try_next().map(|next| Received::DynamicCloud(next.message))
@@ -144,9 +164,18 @@ impl Collector {
     }
 }
 
+/// The next message; never one without a subscription.
+async fn next_of<M: RosMessage>(subscription: Option<&Subscription<M>>) -> node_shell::Received<M> {
+    match subscription {
+        Some(subscription) => subscription.next().await,
+        None => future::pending().await,
+    }
+}
+
 enum Received {
     Diagnostics(Arc<DiagnosticArray>),
     Scan(Arc<LaserScan>),
+    CameraInfo(Arc<CameraInfo>),
     Detected(Arc<Arrived<DetectedCycle>>),
     DynamicCloud(Arc<Arrived<Cloud>>),
     Tracks(Arc<Arrived<CycleTracks>>),
@@ -178,6 +207,7 @@ impl CollectedState {
                     recorder.scan(&scan);
                 }
             }
+            Received::CameraInfo(info) => recorder.calibration(&info),
             Received::Detected(arrived) => {
                 let cycle = arrived.value()?;
                 self.last_cloud = self.last_cloud.max(Some(cycle.reduced_cloud.stamp));

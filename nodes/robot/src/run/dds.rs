@@ -10,6 +10,7 @@ use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
+use detection::shell::DetectionParameters;
 use geometry::{ColouredCloud, OrientedPoints};
 use msgs::geometry_msgs::PoseStamped;
 use node_shell::{EVERY_CYCLE, Node, Qos, RosArguments, ShellError, Subscription};
@@ -94,8 +95,13 @@ pub(crate) fn run(
             PoseSource::Visual(topics) => Some(topics),
             PoseSource::Topic { .. } | PoseSource::Tf => None,
         };
-        let Subscribed { collector, poses, pacing } = subscribe_in(&namespace, visual.is_some())
-            .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
+        let detection = DetectionParameters {
+            input: inputs.view.input(),
+            ..parameters.detection_node().clone()
+        };
+        let Subscribed { collector, poses, pacing } =
+            subscribe_in(&namespace, visual.is_some(), &detection)
+                .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
         let granted = collector.granted_buffer();
@@ -158,7 +164,11 @@ pub(crate) fn run(
 const WAITING_POSES: usize = 1000;
 
 /// Joins the network in a namespace and subscribes there; to poses as well, if the run computes them.
-fn subscribe_in(namespace: &str, with_poses: bool) -> Result<Subscribed, ShellError> {
+fn subscribe_in(
+    namespace: &str,
+    with_poses: bool,
+    detection: &DetectionParameters,
+) -> Result<Subscribed, ShellError> {
     let arguments = RosArguments::parse([
         "--ros-args".to_owned(),
         "-r".to_owned(),
@@ -170,7 +180,7 @@ fn subscribe_in(namespace: &str, with_poses: bool) -> Result<Subscribed, ShellEr
     let to_poses = || node.subscription("pose", &Qos::reliable(WAITING_POSES));
     let poses = with_poses.then(to_poses).transpose()?;
     let pacing = Pacing::listen(&node)?;
-    Ok(Subscribed { poses, pacing, collector: Collector::on(node)? })
+    Ok(Subscribed { poses, pacing, collector: Collector::on(node, detection)? })
 }
 
 /// The subscriptions of this process.

@@ -12,7 +12,7 @@ use report::{CycleRecord, RunRecord};
 use super::Stage;
 use super::inputs::{Inputs, ViewTopics};
 use super::recorder::UNUSABLE;
-use crate::doctor::FARTHEST_M;
+use crate::doctor::{CalibrationFault, FARTHEST_M};
 use crate::failure::Failure;
 
 /// The share of scans that have an image and a pose in a sound recording: the first and the last may not.
@@ -35,7 +35,7 @@ pub(crate) struct InputLosses {
 }
 
 /// How often the input of a cycle was used and is doubtful.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub(crate) struct DoubtfulInput {
     /// Scans without enough returns to find motion in.
     pub(crate) blind_scans: usize,
@@ -43,6 +43,8 @@ pub(crate) struct DoubtfulInput {
     pub(crate) scans_out_of_reach: usize,
     /// Poses that no platform reaches from the ones before.
     pub(crate) pose_jumps: usize,
+    /// The first fault of the depth camera's calibrations.
+    pub(crate) calibration: Option<CalibrationFault>,
 }
 
 /// Messages of one topic that the player sent and that their node did not receive.
@@ -115,20 +117,20 @@ pub(crate) fn findings(losses: &InputLosses, record: &RunRecord, inputs: &Inputs
     for BoundReached { what, fix } in &losses.bounds_reached {
         findings.push(Failure::new(what.clone()).fix(fix.clone()));
     }
-    findings.extend(of_sensors(losses.doubtful, record, inputs));
+    findings.extend(of_sensors(&losses.doubtful, record, inputs));
     findings
 }
 
 /// What the user should know of the readings that became cycles.
 pub(crate) fn of_sensors(
-    doubtful: DoubtfulInput,
+    doubtful: &DoubtfulInput,
     record: &RunRecord,
     inputs: &Inputs,
 ) -> Vec<Failure> {
     let mut findings = Vec::new();
     let (cycles, scan) = (record.cycles.len(), &inputs.scan);
-    let DoubtfulInput { blind_scans, scans_out_of_reach, pose_jumps } = doubtful;
-    if are_many_of(blind_scans, cycles) {
+    let DoubtfulInput { blind_scans, scans_out_of_reach, pose_jumps, calibration } = doubtful;
+    if are_many_of(*blind_scans, cycles) {
         findings.push(
             Failure::new(format!(
                 "{blind_scans} of {cycles} scans on {scan} have too few returns to find motion in"
@@ -136,7 +138,7 @@ pub(crate) fn of_sensors(
             .fix("objects that moved meanwhile are not removed; check the scanner's range_min and range_max, and its mounting"),
         );
     }
-    if are_many_of(scans_out_of_reach, cycles) {
+    if are_many_of(*scans_out_of_reach, cycles) {
         findings.push(
             Failure::new(format!(
                 "{scans_out_of_reach} scans on {scan} have a median range beyond {FARTHEST_M:.0} m, which no 2D scanner reaches: nothing \
@@ -145,8 +147,12 @@ pub(crate) fn of_sensors(
             .fix("LaserScan has metres (REP-103): divide by 1000 in the driver, range_min and range_max too"),
         );
     }
+    if let (Some(fault), ViewTopics::Depth { camera_info, .. }) = (calibration, &inputs.view) {
+        let CalibrationFault { what, fix, .. } = fault;
+        findings.push(Failure::new(format!("{camera_info}: {what}")).fix(*fix));
+    }
     // The node of the visual odometry says itself where it was lost.
-    if pose_jumps > 0 && inputs.has_poses_of_bag() {
+    if *pose_jumps > 0 && inputs.has_poses_of_bag() {
         findings.push(
             Failure::new(format!(
                 "{}: the poses jump before {pose_jumps} of {cycles} cycles: the map is torn there",

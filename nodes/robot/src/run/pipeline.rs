@@ -64,7 +64,7 @@ impl Pipeline {
                 &node(Stage::Reconstruction.name())?,
                 parameters.reconstruction_node(),
             )?,
-            collector: Collector::on(node("collector")?)?,
+            collector: Collector::on(node("collector")?, &detection_parameters)?,
             recorder: Recorder::new(parameters.reconstruction())?,
             sensors: Sensors::on(&node("sensors")?)?,
             visual: None,

@@ -12,6 +12,8 @@ use geometry::{
     Cloud, CycleTracks, DetectedCycle, MapPath, Method, PipelineConfig, Scan, SegmentationCounts,
     Stamp,
 };
+use msgs::convert;
+use msgs::sensor_msgs::CameraInfo;
 use reconstruction::{
     AtMaxVoxels, BoundReached, ConfigError, KeptOut, ReconstructionConfig, StaticMap,
 };
@@ -21,7 +23,7 @@ use self::partial_cycle::{DetectedPart, PartialCycle};
 use self::views::Views;
 use super::findings::DoubtfulInput;
 use super::trajectory::{CyclePlace, Trajectory};
-use crate::doctor::FARTHEST_M;
+use crate::doctor::{CalibrationFault, FARTHEST_M};
 use crate::map_file::MapFile;
 
 /// The three stages of the pipeline.
@@ -142,6 +144,13 @@ impl Recorder {
         self.views.scan(scan);
     }
 
+    /// A calibration of the depth camera. Detection reports one that it cannot use.
+    pub(crate) fn calibration(&mut self, info: &CameraInfo) {
+        if self.doubtful.calibration.is_none() && convert::camera_from_message(info).is_ok() {
+            self.doubtful.calibration = CalibrationFault::of(&info.k, (info.width, info.height));
+        }
+    }
+
     /// A corrected or extended trajectory of the rig: earlier cycles are corrected, as in the map.
     pub(crate) fn path(&mut self, path: MapPath) {
         // Reconstruction refuses and reports another frame.
@@ -203,7 +212,7 @@ impl Recorder {
 
     /// How often the input of a cycle is doubtful.
     pub(crate) fn doubtful(&self) -> DoubtfulInput {
-        self.doubtful
+        self.doubtful.clone()
     }
 
     /// Whether the map lacks parts of a cycle's depth image, how many points or blocks it had no room for, and how many it dropped.

@@ -16,7 +16,7 @@ const MOST_OFF_CENTRE: f64 = 0.2;
 const LEAST_OFF_CENTRE: f64 = 0.1;
 
 /// Why a calibration is not that of images of its size.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct CalibrationFault {
     /// Otherwise it is right of an image that was cropped at a corner.
     pub(crate) is_certain: bool,
