@@ -4,11 +4,13 @@ mod across;
 mod extrinsics;
 mod reading;
 mod rules;
+mod seen_depths;
 mod versions;
 
 use bag_player::Bag;
 
-use super::finding::Finding;
+use super::checks::Check;
+use super::finding::{Finding, Severity};
 use super::machine::ReceiveBuffer;
 use crate::failure::Failure;
 use crate::run::choose_inputs;
@@ -34,8 +36,11 @@ pub(super) fn findings(
     let unknown = extrinsics::unknown(&facts, node, are_given);
     // Where the mounts are those of tf in a run, the parameters say so now. What a run cannot do is said above.
     let _placed = choose_inputs(bag, &facts.info, topics, &mut parameters);
-    let extrinsics = extrinsics::finding(bag, &facts, parameters.detection_node(), unknown);
-    findings.extend(extrinsics.or_else(|| extrinsics::not_checked(&facts)));
+    let of_mount = extrinsics::finding(bag, &facts, parameters.detection_node(), unknown);
+    // What one sensor says of its unit is not told once more.
+    let is_unit = |one: &Finding| one.check == Check::Units && one.severity == Severity::Error;
+    let has_unit = findings.iter().any(is_unit);
+    findings.extend(of_mount.filter(|one| !(has_unit && is_unit(one))));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }

@@ -8,6 +8,7 @@ use detection::shell::DetectionParameters;
 use geometry::{ExtrinsicsSource, RayTable, RigConfig, Stamp, pose_vector};
 
 use super::reading::BagFacts;
+use super::seen_depths::SeenDepths;
 use crate::calibrate::mounts_of_tf::{MountsOfTf, is_one_mount};
 use crate::calibrate::reader::{self, Choosing, Topics};
 use crate::calibrate::rig_poses::RigPoses;
@@ -58,50 +59,43 @@ pub(super) fn unknown(
     ))
 }
 
-/// That the mount was not compared with what the camera sees, where the poses that this takes are on no topic.
-pub(super) fn not_checked(facts: &BagFacts) -> Option<Finding> {
-    let inputs = facts.choice.as_ref().ok()?;
-    inputs.pose.topic().is_none().then(|| {
-        Finding::ok(
-            Check::Extrinsics,
-            "not checked: whether the scan lies on the surfaces that the camera sees takes poses around the scans, on a topic (--pose TOPIC) or by tf",
-        )
-    })
-}
-
-/// That the mount was not compared, where the bag has too few scans for it.
-fn too_few_scans(scans: usize) -> Finding {
+/// That the mount was not compared with what the camera sees: what that takes.
+fn not_checked(takes: &str) -> Finding {
     Finding::ok(
         Check::Extrinsics,
         format!(
-            "not checked: whether the scan lies on the surfaces that the camera sees takes {LEAST_CYCLES} scans with a depth image during which \
-             the platform stands by its poses; there are {scans}"
+            "not checked: whether the scan lies on the surfaces that the camera sees takes {takes}"
         ),
     )
 }
 
-/// The finding about the mount, and what is `unknown` where the bag does not show it.
+/// That the bag has too few scans for it.
+fn too_few_scans(scans: usize) -> Finding {
+    not_checked(&format!(
+        "{LEAST_CYCLES} scans with a depth image during which the platform stands by its poses; there are {scans}"
+    ))
+}
+
+/// The finding about the mount; or what is `unknown`, or why it is not checked, where the bag does not show it.
 pub(super) fn finding(
     bag: &Bag,
     facts: &BagFacts,
     parameters: &DetectionParameters,
     unknown: Option<Finding>,
 ) -> Option<Finding> {
-    match checked(bag, facts, parameters) {
-        None => unknown,
-        Some(Ok(finding)) => finding.or(unknown),
-        Some(Err(scans)) => unknown.or_else(|| Some(too_few_scans(scans))),
-    }
+    checked(bag, facts, parameters).map_or_else(|not_checked| unknown.or(not_checked), Some)
 }
 
-/// What the check finds, if anything; or how many scans there are where these are too few.
+/// What the check finds; or why there is none, if no other rule says so.
 fn checked(
     bag: &Bag,
     facts: &BagFacts,
     parameters: &DetectionParameters,
-) -> Option<Result<Option<Finding>, usize>> {
-    let inputs = facts.choice.as_ref().ok()?;
-    let ViewTopics::Depth { image, camera_info } = &inputs.view else { return None };
+) -> Result<Finding, Option<Finding>> {
+    let inputs = facts.choice.as_ref().map_err(|_| None)?;
+    let ViewTopics::Depth { image, camera_info } = &inputs.view else {
+        return Err(Some(not_checked("depth images, and a run would read clouds")));
+    };
     let config = &parameters.config;
     let choosing = Choosing {
         most_cycles: MOST_CYCLES,
@@ -110,39 +104,36 @@ fn checked(
         max_image_offset_s: config.max_cloud_offset_s,
         beam_order: config.free_space.beam_order,
     };
+    let no_poses = || not_checked("poses around the scans, on a topic (--pose TOPIC) or by tf");
     let topics = Topics {
         scan: inputs.scan.clone(),
         image: image.clone(),
         camera_info: camera_info.clone(),
-        poses: RigPoses::of(inputs, parameters)?,
+        poses: RigPoses::of(inputs, parameters).ok_or_else(|| Some(no_poses()))?,
     };
-    // Other faults of the bag are found by other rules.
-    let Ok(read) = reader::read(bag, &facts.info, &topics, &choosing) else {
-        return Some(Err(0));
-    };
-    let (cycles, camera) = (read.cycles.cycles, read.camera?);
+    let read = reader::read(bag, &facts.info, &topics, &choosing);
+    let read = read.map_err(|_| Some(too_few_scans(0)))?;
+    let (mut cycles, camera) = (read.cycles.cycles, read.camera.ok_or(None)?);
     let size_px = (camera.width_px, camera.height_px);
-    let fits = |cycle: &Cycle| (cycle.image.width_px(), cycle.image.height_px()) == size_px;
-    if !cycles.iter().all(fits) {
-        return None;
-    }
+    cycles.retain(|cycle| (cycle.image.width_px(), cycle.image.height_px()) == size_px);
     if cycles.len() < LEAST_CYCLES {
-        return Some(Err(cycles.len()));
+        return Err(Some(too_few_scans(cycles.len())));
     }
-    let rays = RayTable::new(&camera).ok()?;
+    let rays = RayTable::new(&camera).map_err(|_| None)?;
     let optics = DepthOptics { camera: &camera, rays: &rays };
     let rig = &config.pipeline.rig;
-    let by_tf = mounts_of_tf(bag, facts, (inputs, rig), &cycles);
     let limit_m = parameters.extrinsics_limit_m;
-    let judged = |mounts: &[Option<RigMounts>]| judge(&cycles, mounts, optics, limit_m);
-    let tf = by_tf.map(|mounts| ByTf { verdict: judged(&mounts), mounts: only_mounts(&mounts) });
+    let judged = |mounts: &[Option<RigMounts>]| Judged::of(&cycles, mounts, optics, limit_m);
+    let by_tf = mounts_of_tf(bag, facts, (inputs, rig), &cycles)
+        .map(|mounts| ByTf { judged: judged(&mounts), mounts: only_mounts(&mounts) });
     let by_parameters = judged(&vec![Some(rig.mounts()); cycles.len()]);
-    Some(Ok(from_verdicts(by_parameters, tf, rig.extrinsics)))
+    let sensors = (image.as_str(), inputs.scan.as_str());
+    finding_of(&by_parameters, by_tf.as_ref(), rig.extrinsics, sensors).map_err(Some)
 }
 
 /// What tf says of the mount.
 struct ByTf {
-    verdict: Extrinsics,
+    judged: Judged,
     /// None where a joint moves a sensor.
     mounts: Option<RigMounts>,
 }
@@ -172,80 +163,119 @@ fn only_mounts(mounts: &[Option<RigMounts>]) -> Option<RigMounts> {
     if is_one_mount(&known) { known.last().copied() } else { None }
 }
 
-/// The verdict about mounts, one for each cycle; those without are left out.
-fn judge(
-    cycles: &[Cycle],
-    mounts: &[Option<RigMounts>],
-    optics: DepthOptics<'_>,
-    limit_m: f64,
-) -> Extrinsics {
-    let known: Vec<(&Cycle, &RigMounts)> = cycles
-        .iter()
-        .zip(mounts)
-        .filter_map(|(cycle, mounts)| Some((cycle, mounts.as_ref()?)))
-        .collect();
-    // All cycles are one window.
-    let config = DriftConfig {
-        limit_m,
-        window_cycles: known.len().max(LEAST_CYCLES),
-        windows_in_a_row: 1,
-        ..DriftConfig::default()
-    };
-    let mut monitor = DriftMonitor::new(config, CalibrationConfig::default());
-    let mut verdict = Extrinsics::Unknown { returns: 0 };
-    for (cycle, mounts) in known {
-        verdict = monitor.observe(&cycle.returns, &cycle.image, optics, mounts);
-    }
-    verdict
+/// What the cycles of a bag show of mounts.
+struct Judged {
+    verdict: Extrinsics,
+    seen: SeenDepths,
+    cycles: usize,
 }
 
-/// The offset and its standard deviation, in words.
-fn offset(verdict: &Extrinsics) -> Option<String> {
-    match verdict {
-        Extrinsics::Unknown { .. }
-        | Extrinsics::Undetermined { .. }
-        | Extrinsics::Uncertain { .. } => None,
-        Extrinsics::Right { offset_m, std_dev_m, limit_m }
-        | Extrinsics::Wrong { offset_m, std_dev_m, limit_m } => Some(format!(
-            "{offset_m:.3} m (+- {std_dev_m:.3}, limit {limit_m:.3}) beside the surfaces that the camera sees"
-        )),
-    }
-}
-
-fn from_verdicts(
-    by_parameters: Extrinsics,
-    by_tf: Option<ByTf>,
-    source: ExtrinsicsSource,
-) -> Option<Finding> {
-    let reads_tf = source != ExtrinsicsSource::Parameters;
-    if let Some(ByTf { verdict, mounts }) = &by_tf {
-        let offset_by_tf = offset(verdict)?;
-        if verdict.is_wrong() {
-            return Some(Finding::grave_if(
-                reads_tf,
-                Check::Extrinsics,
-                format!("by tf the scan lies {offset_by_tf}"),
-                format!("{CALIBRATE}, and set the mount in the robot's description"),
-            ));
+impl Judged {
+    /// With mounts one for each cycle; cycles without are left out.
+    fn of(
+        cycles: &[Cycle],
+        mounts: &[Option<RigMounts>],
+        optics: DepthOptics<'_>,
+        limit_m: f64,
+    ) -> Self {
+        let known: Vec<(&Cycle, &RigMounts)> = cycles
+            .iter()
+            .zip(mounts)
+            .filter_map(|(cycle, mounts)| Some((cycle, mounts.as_ref()?)))
+            .collect();
+        // All cycles are one window.
+        let config = DriftConfig {
+            limit_m,
+            window_cycles: known.len().max(LEAST_CYCLES),
+            windows_in_a_row: 1,
+            ..DriftConfig::default()
+        };
+        let mut monitor = DriftMonitor::new(config, CalibrationConfig::default());
+        let mut verdict = Extrinsics::Unknown { returns: 0 };
+        for (cycle, mounts) in &known {
+            verdict = monitor.observe(&cycle.returns, &cycle.image, optics, mounts);
         }
-        if by_parameters.is_wrong() && !reads_tf {
-            return Some(Finding::error(
+        Self { verdict, seen: SeenDepths::of(&known, optics.camera), cycles: known.len() }
+    }
+
+    fn is_wrong(&self) -> bool {
+        self.verdict.is_wrong() || self.seen.contradict()
+    }
+
+    /// The finding about the mount that is `by` something; or why it is not checked. `sensors` are the topics of image and scan.
+    fn finding(
+        &self,
+        by: &str,
+        (is_grave, fix): (bool, &str),
+        sensors: (&str, &str),
+    ) -> Result<Finding, Finding> {
+        let is_wrong = self.verdict.is_wrong();
+        // An offset says more than that beams contradict, but not where one of the sensors has another scale.
+        let contradicted = self.seen.finding(sensors, by, fix);
+        if let Some(found) = contradicted.filter(|found| found.check == Check::Units || !is_wrong) {
+            return Ok(found);
+        }
+        let what = format!("{by} the scan lies {}", self.offset()?);
+        Ok(if is_wrong {
+            Finding::grave_if(is_grave, Check::Extrinsics, what, fix)
+        } else {
+            Finding::ok(Check::Extrinsics, what)
+        })
+    }
+
+    /// The offset and its standard deviation, in words; or what is missing to know them.
+    fn offset(&self) -> Result<String, Finding> {
+        match self.verdict {
+            Extrinsics::Unknown { returns } => Err(not_checked(&format!(
+                "{} returns on such surfaces; of {} scans {returns} are",
+                DriftConfig::default().min_returns,
+                self.cycles
+            ))),
+            Extrinsics::Undetermined { returns } => Err(not_checked(&format!(
+                "surfaces of several directions; the {returns} returns on those of {} scans do not determine where the scanner is",
+                self.cycles
+            ))),
+            Extrinsics::Uncertain { offset_m, std_dev_m, limit_m } => Err(not_checked(&format!(
+                "a surer estimate than that of {} scans: it lies {offset_m:.3} m (+- {std_dev_m:.3}, limit {limit_m:.3}) beside them",
+                self.cycles
+            ))),
+            Extrinsics::Right { offset_m, std_dev_m, limit_m }
+            | Extrinsics::Wrong { offset_m, std_dev_m, limit_m } => Ok(format!(
+                "{offset_m:.3} m (+- {std_dev_m:.3}, limit {limit_m:.3}) beside the surfaces that the camera sees"
+            )),
+        }
+    }
+}
+
+/// The finding about the mount by which a run would go; or why it is not checked.
+fn finding_of(
+    by_parameters: &Judged,
+    by_tf: Option<&ByTf>,
+    source: ExtrinsicsSource,
+    sensors: (&str, &str),
+) -> Result<Finding, Finding> {
+    const BY_PARAMETER: &str = "by the parameter rig_from_lidar";
+    let reads_tf = source != ExtrinsicsSource::Parameters;
+    if let Some(ByTf { judged, mounts }) = by_tf {
+        let is_better = !reads_tf && by_parameters.is_wrong() && !judged.is_wrong();
+        if let (true, Ok(by_tf)) = (is_better, judged.offset()) {
+            let by_parameter = by_parameters.offset().map_or_else(
+                |_| "most beams contradict what the camera sees".to_owned(),
+                |offset| format!("the scan lies {offset}"),
+            );
+            return Ok(Finding::error(
                 Check::Extrinsics,
-                format!(
-                    "by the parameter rig_from_lidar the scan lies {}, and by tf {offset_by_tf}",
-                    offset(&by_parameters)?
-                ),
+                format!("{BY_PARAMETER} {by_parameter}, and by tf {by_tf}"),
                 by_tf_fix(mounts.as_ref()),
             ));
         }
-        return Some(Finding::ok(Check::Extrinsics, format!("by tf the scan lies {offset_by_tf}")));
+        let fix = format!("{CALIBRATE}, and set the mount in the robot's description");
+        let found = judged.finding("by tf", (reads_tf, &fix), sensors);
+        if reads_tf || found.is_ok() {
+            return found;
+        }
     }
-    let what = format!("by the parameter rig_from_lidar the scan lies {}", offset(&by_parameters)?);
-    Some(if by_parameters.is_wrong() {
-        Finding::error(Check::Extrinsics, what, CALIBRATE)
-    } else {
-        Finding::ok(Check::Extrinsics, what)
-    })
+    by_parameters.finding(BY_PARAMETER, (true, CALIBRATE), sensors)
 }
 
 fn by_tf_fix(mounts: Option<&RigMounts>) -> String {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bag_player::{BagWriter, Loss, LossKind, OfferedQos};
+use bag_player::{BagWriter, Loss, LossKind, OfferedQos, Selection};
 use detection::shell::DetectionParameters;
 use geometry::{CameraModel, Distortion, Stamp};
 use msgs::RosMessage;
@@ -13,8 +13,6 @@ use msgs::tf2_msgs::TFMessage;
 
 use super::*;
 use crate::calibrate::joint_bag;
-use crate::doctor::checks::Check;
-use crate::doctor::finding::Severity;
 use crate::run::parameters::ParameterArgs;
 
 /// A bag of two seconds: images at 30 Hz, scans at 10 Hz, poses at 20 Hz.
@@ -28,6 +26,11 @@ struct Recording {
 
 const WIDTH_PX: u32 = 4;
 const HEIGHT_PX: u32 = 2;
+
+/// The pixels of a wall where the scan is.
+fn wall(pixels: usize) -> Vec<u8> {
+    2000_u16.to_le_bytes().repeat(pixels)
+}
 
 fn stamps(rate_hz: u32) -> impl Iterator<Item = Stamp> {
     let start = Stamp::from_secs_nanos(100, 0);
@@ -55,7 +58,7 @@ impl Recording {
                 scan_time_s: 0.1,
                 range_min_m: 0.1,
                 range_max_m: 8.0,
-                ranges_m: vec![2.0; 10],
+                ranges_m: (0..10).map(|beam| 2.0 / (0.1 * beam as f32 - 0.5).cos()).collect(),
             })
         };
         let pose = |stamp| {
@@ -73,7 +76,7 @@ impl Recording {
             encoding: "16UC1".to_owned(),
             is_bigendian: 0,
             step: WIDTH_PX * 2,
-            data: vec![1; (WIDTH_PX * HEIGHT_PX * 2) as usize],
+            data: wall((WIDTH_PX * HEIGHT_PX) as usize),
         };
         Self {
             scans: stamps(10).map(|stamp| (stamp, scan(stamp))).collect(),
@@ -271,7 +274,7 @@ fn images_that_do_not_cross_dds_here_are_found() {
     let mut bag = Recording::healthy();
     for (_, image) in &mut bag.images {
         (image.width, image.height, image.step) = (640, 900, 1280);
-        image.data = vec![1; 640 * 900 * 2];
+        image.data = wall(640 * 900);
     }
     for (_, info) in &mut bag.infos {
         (info.width, info.height) = (640, 900);
@@ -339,4 +342,57 @@ fn the_mount_by_a_joint_is_that_of_each_scan() {
     assert!(right.what.contains("by tf the scan lies 0.0"), "{right:?}");
     let wrong = mount_of_joint([joint_bag::TURN_RAD; 2]);
     assert_eq!(wrong.severity, Severity::Error, "{wrong:?}");
+}
+
+/// Regression: nothing was said of the mount where too few returns lie on surfaces, as if it had been checked.
+#[test]
+fn a_mount_that_the_images_do_not_show_is_said_to_be_unchecked() {
+    let findings = Recording::healthy().findings();
+    let is_said = |one: &Finding| {
+        one.check == Check::Extrinsics
+            && one.what.contains("not checked")
+            && one.what.contains("30 returns on such surfaces; of 20 scans 0 are")
+    };
+    assert!(findings.iter().any(is_said), "{findings:?}");
+}
+
+/// Regression: nothing was said where depths and ranges differ grossly: no return is near a surface then, by which the mount is judged.
+#[test]
+fn depths_of_another_scale_than_the_ranges_are_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, _] = joint_bag::write(folder.path(), [0.0; 2]);
+    let of_scale = |scale: f64| {
+        let scaled = folder.path().join("scaled.mcap");
+        with_depths(&path, &scaled, |depth_mm| (scale * f64::from(depth_mm)).round() as u16);
+        let findings = findings_of(&scaled);
+        findings.into_iter().filter(|one| one.severity != Severity::Ok).collect::<Vec<_>>()
+    };
+    assert_eq!(of_scale(1.0), []);
+    let parts =
+        ["its depths are 2.00 times the ranges of /scan", "beams that end in its view", "REP-118"];
+    only_fault(&of_scale(2.0), Severity::Error, &parts);
+    // Tenths of a millimetre are said once, by the camera alone.
+    let parts = ["the median depth of its 16UC1 images", "tenths of a millimetre"];
+    only_fault(&of_scale(10.0), Severity::Error, &parts);
+}
+
+/// The same bag with other depths.
+fn with_depths(from: &Path, to: &Path, edit: impl Fn(u16) -> u16) {
+    let mut writer = BagWriter::create(to).unwrap();
+    for message in Bag::open(from).unwrap().messages(&Selection::default()).unwrap() {
+        let mut message = message.unwrap();
+        if let Ok(mut image) = message.decode::<Image>() {
+            let (pixels, _) = image.data.as_chunks_mut::<2>();
+            for pixel in pixels {
+                *pixel = edit(u16::from_le_bytes(*pixel)).to_le_bytes();
+            }
+            message.data = msgs::cdr::encode(&image).unwrap();
+        }
+        let (topic, type_name) = (&message.topic, &message.type_name);
+        let qos = OfferedQos::reliable(10).to_yaml();
+        let channel = writer.raw_channel(topic, type_name, "", &qos).unwrap();
+        let at = message.log_time;
+        writer.write_raw(channel, at, at, &message.data).unwrap();
+    }
+    writer.finish().unwrap();
 }

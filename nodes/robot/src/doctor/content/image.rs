@@ -15,6 +15,8 @@ const SAMPLES: usize = 2000;
 const FARTHEST_M: f64 = 100.0;
 /// Depth images whose largest pixel is below this have whole metres, not millimetres: no camera measures at such a distance.
 const NEAREST_MM: f64 = 40.0;
+/// No camera of a robot that gives 16UC1 has half of its pixels beyond this.
+const FARTHEST_16UC1_MM: f64 = 20e3;
 /// A camera that measures less than this share of its pixels is covered, or sees nothing in its range.
 const LEAST_SHARE: f64 = 0.01;
 /// Sizes that are kept at most.
@@ -98,6 +100,19 @@ impl ImageFacts {
                      {largest_mm:.0} mm"
                 ),
                 "16UC1 has millimetres (REP-118): multiply by 1000 before rounding, or publish 32FC1",
+            ));
+        }
+        if let Some(depth_mm) = self.depth_mm.median()
+            && depth_mm > FARTHEST_16UC1_MM
+        {
+            findings.push(subject.grave(
+                Check::Units,
+                format!(
+                    "{topic}: the median depth of its 16UC1 images is {:.1} m, which is {:.2} m if they are tenths of a millimetre",
+                    1e-3 * depth_mm,
+                    1e-4 * depth_mm
+                ),
+                "16UC1 has millimetres (REP-118): multiply by the camera's depth scale in metres and by 1000",
             ));
         }
         let share = self.measured as f64 / self.samples.max(1) as f64;
