@@ -36,7 +36,10 @@ pub(super) fn findings(
     let unknown = extrinsics::unknown(&facts, node, are_given);
     // Where the mounts are those of tf in a run, the parameters say so now. What a run cannot do is said above.
     let _placed = choose_inputs(bag, &facts.info, topics, &mut parameters);
-    let of_mount = extrinsics::finding(bag, &facts, parameters.detection_node(), unknown);
+    let is_clock = |one: &Finding| one.check == Check::Clocks && one.severity == Severity::Error;
+    let clocks_agree = !findings.iter().any(is_clock);
+    let node = parameters.detection_node();
+    let of_mount = extrinsics::finding(bag, &facts, node, (unknown, clocks_agree));
     // What one sensor says of its unit is not told once more.
     let is_unit = |one: &Finding| one.check == Check::Units && one.severity == Severity::Error;
     let has_unit = findings.iter().any(is_unit);

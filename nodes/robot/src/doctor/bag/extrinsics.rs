@@ -81,9 +81,14 @@ pub(super) fn finding(
     bag: &Bag,
     facts: &BagFacts,
     parameters: &DetectionParameters,
-    unknown: Option<Finding>,
+    (unknown, clocks_agree): (Option<Finding>, bool),
 ) -> Option<Finding> {
-    checked(bag, facts, parameters).map_or_else(|not_checked| unknown.or(not_checked), Some)
+    let checked = if clocks_agree {
+        checked(bag, facts, parameters)
+    } else {
+        Err(Some(not_checked("clocks that agree")))
+    };
+    checked.map_or_else(|not_checked| unknown.or(not_checked), Some)
 }
 
 /// What the check finds; or why there is none, if no other rule says so.

@@ -1,5 +1,7 @@
 //! The rules about a bag.
 
+mod clock_steps;
+
 use bag_player::Loss;
 use detection::DetectionConfig;
 use estimation::quantile::upper_median;
@@ -101,6 +103,8 @@ pub(super) fn topic(name: &str, facts: &TopicFacts) -> Vec<Finding> {
         return findings;
     }
     findings.extend(gaps(name, facts, &sorted));
+    let gap_s = period_s.map(|period_s| GAP_PERIODS * period_s).filter(|_| facts.is_chosen);
+    findings.extend(gap_s.and_then(|gap_s| clock_steps::finding(name, facts, gap_s)));
     findings
 }
 

@@ -253,6 +253,36 @@ fn clocks_that_differ_are_found() {
     );
 }
 
+/// Regression: with clocks seconds apart the scan lay beside the surfaces, an error of its own, though it is that of the clocks.
+#[test]
+fn a_mount_is_not_judged_where_clocks_differ() {
+    let mut bag = Recording::healthy();
+    for (_, image) in &mut bag.images {
+        image.header.stamp.sec -= 4;
+    }
+    let findings = bag.findings();
+    let of_mount = findings.iter().filter(|one| one.check == Check::Extrinsics);
+    let said: Vec<&str> = of_mount.map(|one| one.what.as_str()).collect();
+    assert!(said.len() == 1 && said[0].ends_with("takes clocks that agree"), "{said:?}");
+}
+
+/// Regression: of a camera whose stamps are 0.3 s behind after a restart the gap alone was told.
+#[test]
+fn a_clock_that_is_another_one_after_a_gap_is_found() {
+    let after_gap = |behind_s: f64| {
+        let mut bag = Recording::healthy();
+        bag.images.drain(20..35);
+        for (at, image) in bag.images.iter_mut().skip(20) {
+            image.header.stamp = convert::time_from_stamp(at.plus_seconds(-behind_s));
+        }
+        let findings = bag.findings().into_iter();
+        findings.filter(|one| one.check == Check::Clocks).collect::<Vec<_>>()
+    };
+    assert_eq!(after_gap(0.0), []);
+    let parts = ["/depth/image: after the gap", "0.300 s behind those before it"];
+    only_fault(&after_gap(0.3), Severity::Warn, &parts);
+}
+
 #[test]
 fn an_odometry_that_ends_early_is_found() {
     let mut bag = Recording::healthy();

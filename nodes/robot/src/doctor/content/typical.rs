@@ -1,5 +1,7 @@
 //! The median and the maximum of many numbers.
 
+use std::ops::Range;
+
 use estimation::quantile::upper_median;
 
 /// Numbers that are kept at most: a day at 10 Hz.
@@ -22,6 +24,11 @@ impl Typical {
     /// The median.
     pub(crate) fn median(&self) -> Option<f64> {
         upper_median(&mut self.values.clone())
+    }
+
+    /// The median of some, by their places; none where these are not kept.
+    pub(crate) fn median_of(&self, places: Range<usize>) -> Option<f64> {
+        upper_median(&mut self.values.get(places)?.to_vec())
     }
 
     /// The maximum.
