@@ -40,10 +40,12 @@ pub(super) fn findings(
     let clocks_agree = !findings.iter().any(is_clock);
     let node = parameters.detection_node();
     let of_mount = extrinsics::finding(bag, &facts, node, (unknown, clocks_agree));
-    // What one sensor says of its unit is not told once more.
+    // What the unit of one sensor or a wrong calibration explains is not told once more.
     let is_unit = |one: &Finding| one.check == Check::Units && one.severity == Severity::Error;
-    let has_unit = findings.iter().any(is_unit);
-    findings.extend(of_mount.filter(|one| !(has_unit && is_unit(one))));
+    let is_calibration =
+        |one: &Finding| one.check == Check::Calibration && one.severity != Severity::Ok;
+    let is_explained = findings.iter().any(|one| is_unit(one) || is_calibration(one));
+    findings.extend(of_mount.filter(|one| !(is_explained && is_unit(one))));
     findings.extend(buffer.into_iter().flat_map(|buffer| rules::sizes(&facts, buffer)));
     Ok(findings)
 }
