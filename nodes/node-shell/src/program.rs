@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use crate::node::Node;
 use crate::node::host::Host;
-use crate::process::failure::{EXIT_UNUSABLE, NodeFailure};
+use crate::process::failure::{EXIT_UNUSABLE, NodeFailure, is_for_good};
 use crate::settings::arguments::RosArguments;
 use crate::settings::parameters::{self, NodeParameters, ParameterError};
 use crate::wire::error::ShellError;
@@ -38,7 +38,7 @@ impl From<ShellError> for Ended {
 
 impl From<NodeFailure> for Ended {
     fn from(error: NodeFailure) -> Self {
-        Self { error, code: ExitCode::FAILURE }
+        Self { code: exit_code(is_for_good(&error)), error }
     }
 }
 

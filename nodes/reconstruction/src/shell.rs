@@ -31,13 +31,14 @@
 //! With `map_file` the node starts with the map of that file, if it exists, saves it every `map_save_period_s` while
 //! it changes (another thread writes), and when the node ends. The first save of a run, and each one after the map was emptied
 //! or replaced, keeps the existing file as a numbered version ([`node_shell::keep_version`]), as does a save of less than
-//! half of the points. `~/save_map` and `~/load_map` go to and from the same file; they are `std_srvs/srv/Trigger`, which every
+//! half of the points. One process writes a file at a time ([`node_shell::ClaimedFile`]). `~/save_map` and `~/load_map` go to and from the same file; they are `std_srvs/srv/Trigger`, which every
 //! ROS 2 installation can call without a package of ours.
 //!
 //! A loaded map is in the frame `map`, whose origin is the same one after each start (REP-105). If the poses are in
 //! another frame, such as `odom`, a new map is begun.
 
 mod bounds_watch;
+mod claim;
 mod distance_output;
 mod grid_output;
 mod loading;
@@ -63,6 +64,7 @@ use node_shell::{Node, NodeFailure, Program};
 use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::ReconstructionConfig;
+use claim::MapClaim;
 use parameters::Settings;
 use saving::Saving;
 pub use spilling::empty_map;
@@ -157,10 +159,11 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// The node's body: begins with the map of `map_file`, serves until the node is to end, and saves the map.
 ///
 /// # Errors
-/// When a parameter is out of its range, a publisher or subscription cannot be created, or the map cannot be loaded or
-/// saved.
+/// When a parameter is out of its range, a publisher or subscription cannot be created, another process has the file of the map, or the map
+/// cannot be loaded or saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
     let settings = Settings::of(&parameters)?;
+    let mut claim = MapClaim::new(&settings, node).await?;
     let mut stage = Stage::new(node, &parameters)?;
     stage.begin_with(settings.file.as_ref())?;
     let mut live = node.serve_parameters(&parameters)?;
@@ -180,7 +183,8 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             biased;
             () = shutdown.wait() => break,
             parameters = live.changed() => {
-                let settings = Settings::of(&parameters)?;
+                let mut settings = Settings::of(&parameters)?;
+                claim.change(&mut settings).await;
                 stage.change(&settings);
                 saving.change(&settings);
             }

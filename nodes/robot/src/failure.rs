@@ -3,7 +3,7 @@
 use std::fmt;
 use std::process::ExitCode;
 
-use node_shell::{EXIT_UNUSABLE, ShellError};
+use node_shell::{EXIT_UNUSABLE, NodeFailure, ShellError, is_for_good};
 
 /// The exit code of a job of whose input a part was lost.
 const EXIT_WITH_LOSSES: u8 = 3;
@@ -28,6 +28,11 @@ impl Failure {
     /// A node could not be had.
     pub(crate) fn of_node(error: &ShellError) -> Self {
         Self { is_for_good: error.is_for_good(), ..Self::new(error.to_string()) }
+    }
+
+    /// A node has ended with a failure.
+    pub(crate) fn of_body(error: &NodeFailure) -> Self {
+        Self { is_for_good: is_for_good(error), ..Self::new(error.to_string()) }
     }
 
     /// The same failure, of a command line, a parameter or a setting that cannot be used: another start would fail in the same way.

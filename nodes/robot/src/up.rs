@@ -328,7 +328,7 @@ type Ended = Result<(&'static str, Result<(), NodeFailure>), tokio::task::JoinEr
 fn outcome(ended: Ended) -> Result<(), Failure> {
     match ended {
         Ok((_, Ok(()))) => Ok(()),
-        Ok((name, Err(error))) => Err(Failure::new(format!("{name}: {error}"))),
+        Ok((name, Err(error))) => Err(Failure::of_body(&error).within(name)),
         Err(error) => Err(Failure::new(format!("a node failed: {error}"))),
     }
 }

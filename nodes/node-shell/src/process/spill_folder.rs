@@ -9,10 +9,10 @@ mod tests;
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::file_lock::{TryLock, has_no_locks, is_at};
 use super::whole_file::folder_of;
 
 /// How the folder of a run begins.
@@ -62,9 +62,6 @@ pub struct SpillFolder {
     /// Holds the lock; none where the file system has no locks.
     _lock: Option<File>,
 }
-
-/// How a file is locked: [`File::try_lock`], but for tests.
-type TryLock = fn(&File) -> Result<(), TryLockError>;
 
 impl SpillFolder {
     /// A folder for this run below `parent`, which is made if it is not there. What killed runs have left there is
@@ -223,29 +220,6 @@ fn created_in_folder(path: &Path) -> Result<Option<File>, SpillFolderError> {
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
         Err(error) => Err(failed("make the file", path)(error)),
     }
-}
-
-/// Whether this is the file at the path.
-fn is_at(file: &File, path: &Path) -> bool {
-    let number = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
-    let (own, there) = (file.metadata().map(number), fs::symlink_metadata(path).map(number));
-    own.ok().zip(there.ok()).is_some_and(|(own, there)| own == there)
-}
-
-/// Whether a file could not be locked because its file system has no locks.
-fn has_no_locks(error: &io::Error) -> bool {
-    error.kind() == ErrorKind::Unsupported || is_without_lock_manager(error)
-}
-
-/// NFS without its lock manager (flock(2), fcntl_locking(2): a remote locking protocol failed).
-#[cfg(target_os = "linux")]
-fn is_without_lock_manager(error: &io::Error) -> bool {
-    rustix::io::Errno::from_io_error(error) == Some(rustix::io::Errno::NOLCK)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn is_without_lock_manager(_error: &io::Error) -> bool {
-    false
 }
 
 /// Removes the folders of runs that have ended without doing so. One that cannot be removed, as another user's, is

@@ -1,13 +1,22 @@
 //! Files that are there as a whole or not at all.
 
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::failure::NodeFailure;
+use super::file_lock::is_at;
+
+/// The end of the name of a file that is being written: `map.ply.PROCESS-NUMBER.part`.
+const PART: &str = ".part";
+
+/// The writes of one process have numbers of their own.
+static NUMBER: AtomicU32 = AtomicU32::new(0);
 
 /// Writes beside, makes sure that it is on the disk, and gives it the name; then the name is on the disk too. A reader never
-/// finds half a file, and what had the name before is lost only to a whole one, also when the power fails.
+/// finds half a file, and what had the name before is lost only to a whole one, also when the power fails, and when another process writes
+/// the same file at the same time. What a killed process has left beside is removed.
 ///
 /// A file that is a mount of its own, as a container has it (`docker run -v map.ply:/map.ply`), cannot be replaced. It is written in place,
 /// and until it is whole the file beside it remains.
@@ -15,31 +24,69 @@ use super::failure::NodeFailure;
 /// # Errors
 /// When the folder is not there, may not be written, or is full; a previous file of that name is kept.
 pub fn write_whole_file(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let temporary = beside(path, ".part");
-    let create = |path: &Path| {
-        let mut file = File::create(path)?;
+    remove_leftovers(path);
+    let (part, mut file) = part_beside(path)?;
+    let fill = |file: &mut File| {
         file.write_all(bytes)?;
         file.sync_all()
     };
-    let write = || {
-        create(&temporary)?;
-        fs::rename(&temporary, path)
-    };
-    let written = write();
+    let written = fill(&mut file).and_then(|()| fs::rename(&part, path));
     if written.as_ref().is_err_and(|error| error.kind() == ErrorKind::ResourceBusy) {
-        create(path)?;
-        return fs::remove_file(&temporary);
+        fill(&mut File::create(path)?)?;
+        return fs::remove_file(&part);
     }
     if written.is_err() {
         // The partial file is useless; a failure to remove it adds nothing to the error.
-        let _ = fs::remove_file(&temporary);
+        let _ = fs::remove_file(&part);
         return written;
     }
     File::open(folder_of(path))?.sync_all()
 }
 
+/// A new file beside, of this write alone, and locked where the file system has locks: others see by it that it is being written.
+fn part_beside(path: &Path) -> io::Result<(PathBuf, File)> {
+    loop {
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let part = beside(path, &format!(".{}-{number}{PART}", std::process::id()));
+        match File::create_new(&part) {
+            // Else another writer took it for a leftover before it was locked.
+            Ok(file) if !matches!(file.try_lock(), Err(TryLockError::WouldBlock)) => {
+                if is_at(&file, &part) {
+                    return Ok((part, file));
+                }
+            }
+            Ok(_) => {}
+            // Of a process with the same number, as each container counts them anew.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Removes what killed processes have left of this file. Where that cannot be told or done, it stays: it only takes room.
+fn remove_leftovers(path: &Path) {
+    for entry in fs::read_dir(folder_of(path)).into_iter().flatten().flatten() {
+        let is_part = entry.file_name().to_str().is_some_and(|name| is_part_of(path, name));
+        let part = is_part.then(|| OpenOptions::new().write(true).open(entry.path()));
+        if part.and_then(Result::ok).is_some_and(|part| part.try_lock().is_ok()) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Whether a file has such a name as [`part_beside`] gives.
+fn is_part_of(path: &Path, name: &str) -> bool {
+    let own = path.file_name().and_then(|own| own.to_str());
+    let numbers = own
+        .and_then(|own| name.strip_prefix(own)?.strip_prefix('.')?.strip_suffix(PART))
+        .and_then(|numbers| numbers.split_once('-'));
+    numbers.is_some_and(|(process, number)| {
+        process.parse::<u32>().is_ok() && number.parse::<u32>().is_ok()
+    })
+}
+
 /// The name of a file with an ending behind it.
-fn beside(path: &Path, ending: &str) -> PathBuf {
+pub(super) fn beside(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(ending);
     name.into()
@@ -151,5 +198,44 @@ mod tests {
         fs::create_dir(&taken).unwrap();
         assert!(write_whole_file(&taken, b"file").is_err());
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+    }
+
+    /// Both wrote into one file beside, and each gave the name to what the other one had half written.
+    #[test]
+    fn two_writers_of_one_file_at_a_time_never_share_the_file_beside() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("map.ply");
+        write_whole_file(&path, &[0; 100_000]).unwrap();
+        std::thread::scope(|scope| {
+            let writers = [1_u8, 2].map(|writer| {
+                let path = &path;
+                scope.spawn(move || {
+                    (0..100).try_for_each(|_| write_whole_file(path, &[writer; 100_000]))
+                })
+            });
+            while writers.iter().any(|writer| !writer.is_finished()) {
+                let read = fs::read(&path).unwrap();
+                assert_eq!(read.len(), 100_000, "half a file");
+                assert!(read.iter().all(|byte| *byte == read[0]), "parts of two files");
+            }
+            writers.into_iter().for_each(|writer| writer.join().unwrap().unwrap());
+        });
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_a_killed_process_has_left_is_removed_and_what_is_being_written_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let others =
+            ["map.ply.1-x.part", "map.ply.part", "other.ply.1-0.part", "map.ply.1-0.parts"];
+        for name in others.into_iter().chain(["map.ply.4711-0.part"]) {
+            fs::write(at(name), "half").unwrap();
+        }
+        let written = File::create(at("map.ply.4712-3.part")).unwrap();
+        written.lock().unwrap();
+        write_whole_file(&at("map.ply"), b"map").unwrap();
+        assert!(!at("map.ply.4711-0.part").exists() && at("map.ply.4712-3.part").exists());
+        assert!(others.iter().all(|name| at(name).exists()));
     }
 }

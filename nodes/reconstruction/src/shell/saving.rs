@@ -23,7 +23,7 @@ pub(super) const NO_MAP_FILE: &str =
     "the parameter map_file is empty: a path that ends in .ply, .pcd or .bt";
 
 /// The name of the file on `/diagnostics`.
-const CONDITION: &str = "map file";
+pub(super) const CONDITION: &str = "map file";
 /// The names of the other files there.
 const GRID_CONDITION: &str = "grid file";
 const MESH_CONDITION: &str = "mesh file";

@@ -138,16 +138,20 @@ impl Starts {
         self.folder.path().join("map.ply")
     }
 
-    fn start(&self) -> Result<Start, NodeFailure> {
-        let node = self.test.node(&self.host, "reconstruction");
-        let parameters = ReconstructionParameters {
+    fn parameters(&self) -> ReconstructionParameters {
+        ReconstructionParameters {
             map_file: self.path().to_str().unwrap().to_owned(),
             config: ReconstructionConfig {
                 pipeline: pipeline(),
                 ..ReconstructionConfig::default()
             },
             ..ReconstructionParameters::default()
-        };
+        }
+    }
+
+    fn start(&self) -> Result<Start, NodeFailure> {
+        let node = self.test.node(&self.host, "reconstruction");
+        let parameters = self.parameters();
         let settings = Settings::of(&parameters)?;
         let mut stage = Stage::new(&node, &parameters)?;
         stage.begin_with(settings.file.as_ref())?;
@@ -325,6 +329,43 @@ async fn a_changed_map_is_saved_once_in_a_period_in_the_background() {
     std::fs::remove_dir(starts.path()).unwrap();
     assert!(start.save().await.is_some());
     assert_eq!(starts.points(), (3, vec![]));
+}
+
+/// Two nodes with one file replaced each other's map in turns, and nobody was told.
+#[tokio::test]
+async fn a_second_node_with_the_same_file_is_refused_for_good() {
+    let starts = Starts::new("two");
+    let node = || starts.test.node(&Host::in_process(), "reconstruction");
+    let (first, second) = (node(), node());
+    let settings = Settings::of(&starts.parameters()).unwrap();
+    let claim = MapClaim::new(&settings, &first).await.unwrap();
+    // It waits for the other one to end, but not when it is to end itself.
+    second.shutdown_signal().trigger();
+    let refused = serve(&second, starts.parameters()).await.unwrap_err();
+    assert!(node_shell::is_for_good(&refused) && refused.to_string().contains("map.ply"));
+    drop(claim);
+    serve(&second, starts.parameters()).await.unwrap();
+}
+
+/// The file of another node is not written either when the parameter changes to it.
+#[tokio::test]
+async fn a_file_that_another_node_has_is_not_changed_to() {
+    let starts = Starts::new("changed_to");
+    let node = starts.test.node(&starts.host, "reconstruction");
+    let settings_of = |name: &str| {
+        let map_file = starts.folder.path().join(name).to_str().unwrap().to_owned();
+        Settings::of(&ReconstructionParameters { map_file, ..starts.parameters() }).unwrap()
+    };
+    let (own, other) = (settings_of("own.ply"), settings_of("other.ply"));
+    let mut claim = MapClaim::new(&own, &node).await.unwrap();
+    let others = MapClaim::new(&other, &node).await.unwrap();
+    let mut changed = settings_of("other.ply");
+    claim.change(&mut changed).await;
+    assert_eq!(changed.file, own.file);
+    drop(others);
+    let mut changed = settings_of("other.ply");
+    claim.change(&mut changed).await;
+    assert_eq!(changed.file, other.file);
 }
 
 #[test]

@@ -175,8 +175,9 @@ fn a_grid_that_cannot_be_saved_is_an_error_and_the_former_file_is_whole() {
     let grid = OccupancyGrid { cells: vec![geometry::GridCell::Free], ..grid };
     file.write(&grid).unwrap();
     let before = std::fs::read(&path).unwrap();
-    // The image cannot be replaced: a folder is in the way of its temporary name.
-    std::fs::create_dir(folder.path().join("house.pgm.part")).unwrap();
+    // The image cannot be replaced: a folder has its name.
+    std::fs::remove_file(folder.path().join("house.pgm")).unwrap();
+    std::fs::create_dir(folder.path().join("house.pgm")).unwrap();
     let moved = OccupancyGrid { least: [7, 7], ..grid };
     let error = file.write(&moved).unwrap_err().to_string();
     assert!(error.contains("house.pgm"), "{error}");
