@@ -92,8 +92,13 @@ pub enum LoadError {
         max_voxels: usize,
     },
     /// More blocks than there may be.
-    #[error("the map would have more blocks than max_map_blocks, {max_map_blocks}")]
+    #[error(
+        "the map would have {blocks} blocks, and max_map_blocks is {max_map_blocks}: raise it, or set at_max_voxels to spill, with spill_folder; \
+         the other values of at_max_voxels load no part of a map"
+    )]
     TooManyBlocks {
+        /// Of the points, at the map's edge.
+        blocks: usize,
         /// The bound.
         max_map_blocks: usize,
     },

@@ -1,6 +1,6 @@
 //! Loading of the map from its file, at the start and on request.
 
-use node_shell::NodeFailure;
+use node_shell::{NodeFailure, Unusable, is_for_good};
 
 use super::Stage;
 use super::map_file::MapFile;
@@ -14,7 +14,8 @@ impl Stage {
     /// Begins with the map of the file, if there is one and the map has not begun; see [`Self::clean_up`].
     ///
     /// # Errors
-    /// When the file cannot be read, is no map, or does not fit the parameters: without the error the node would replace it.
+    /// When the file cannot be read, is no map, or does not fit the parameters: without the error the node would replace it. Another start
+    /// would fail in the same way, but for a file that could not be read ([`Unusable`]).
     pub(super) fn begin_with(&mut self, file: Option<&MapFile>) -> Result<(), NodeFailure> {
         if std::mem::replace(&mut self.has_begun, true) {
             return Ok(());
@@ -22,7 +23,8 @@ impl Stage {
         let Some(file) = file.filter(|file| file.exists()) else { return Ok(()) };
         self.load(Some(file)).map_err(|error| {
             let path = file.path().display();
-            format!("{error}; with {path} moved away the node starts with an empty map")
+            let text = format!("{error}; with {path} moved away the node starts with an empty map");
+            if is_for_good(&error) { Unusable::new(text).into() } else { NodeFailure::from(text) }
         })?;
         self.unsaved.is_changed = false;
         Ok(())

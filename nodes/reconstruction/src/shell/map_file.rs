@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use geometry::{MapView, OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::Point3;
-use node_shell::{NodeFailure, keep_version, output_file, write_whole_file};
+use node_shell::{NodeFailure, Unusable, keep_version, output_file, write_whole_file};
 
 use crate::octomap::{self, Octree};
-use crate::{Map, WholeMap};
+use crate::{LoadError, Map, WholeMap};
 
 /// The resolution of an octomap and the edge of a map of means are equal if they differ by no more than this share: octomap writes
 /// a decimal number of six digits.
@@ -146,17 +146,28 @@ impl MapFile {
         Ok(Saved { points: count, former })
     }
 
-    /// Replaces the map by the file's points, in `frame_id`. Returns the number of voxels. If that
-    /// fails, the map is unchanged.
+    /// Replaces the map by the file's points, in `frame_id`. Returns the number of voxels.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or tiles of it cannot be spilled. When it is no map, or does not fit the parameters, for good
+    /// ([`Unusable`]). But for the tiles the map is unchanged.
     pub(super) fn load(&self, map: &mut Map, frame_id: &str) -> Result<usize, NodeFailure> {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be loaded from {}: {reason}", self.path.display())
         };
         let bytes = fs::read(&self.path).map_err(|error| failed(&error))?;
-        let file = self.points_of(&bytes, map.max_voxels()).map_err(|reason| failed(&reason))?;
+        let unusable = |reason: &dyn std::fmt::Display| Unusable::new(failed(reason));
+        let file = self.points_of(&bytes, map.max_voxels()).map_err(|reason| unusable(&reason))?;
         drop(bytes);
-        check_edge(file.edge_m, map).map_err(|reason| failed(&reason))?;
-        map.replace_coloured(&file.points, frame_id).map_err(|error| failed(&error))?;
+        check_edge(file.edge_m, map).map_err(|reason| unusable(&reason))?;
+        map.replace_coloured(&file.points, frame_id).map_err(|error| -> NodeFailure {
+            match error {
+                LoadError::NoRoom { .. } => failed(&error).into(),
+                LoadError::TooManyBlocks { .. } | LoadError::TooManyVoxels { .. } => {
+                    unusable(&error).into()
+                }
+            }
+        })?;
         map.add_views(file.views);
         tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
         Ok(map.len())

@@ -69,9 +69,11 @@ impl SurfaceMap {
         }
         let mut surface = self.surface.emptied();
         let points = (0..points.points_m.len()).filter_map(|index| at(&points, index));
-        if surface.put_coloured_points(points, reach_m, BlockBox::ALL) > 0 {
-            let max_map_blocks = surface.config().max_blocks;
-            return Err(LoadError::TooManyBlocks { max_map_blocks });
+        let refused = surface.put_coloured_points(points, reach_m, BlockBox::ALL);
+        if refused > 0 {
+            let (blocks, max_map_blocks) =
+                (surface.blocks() + refused, surface.config().max_blocks);
+            return Err(LoadError::TooManyBlocks { blocks, max_map_blocks });
         }
         self.clear();
         self.surface = surface;

@@ -31,8 +31,8 @@ impl Surface {
     /// is not finite, or a normal without a direction, are left out. A point says where the surface is up to `reach_m` around it,
     /// in bounds: as far as the points are apart, they join to a surface without gaps. Where that is no farther than the voxels are
     /// wide, it says so of its own voxel alone: the points of a surface give that surface again. What they give has been seen at no moment:
-    /// corrections leave it where it is. A block depends on the points of [`Surface::point_box`] alone. Returns how many blocks
-    /// of points there was no room for.
+    /// corrections leave it where it is. A block depends on the points of [`Surface::point_box`] alone. Returns for how many
+    /// blocks there was no room.
     pub fn put_points(
         &mut self,
         points: impl IntoIterator<Item = (Point3<f32>, Vector3<f32>)>,
@@ -51,19 +51,18 @@ impl Surface {
         within: BlockBox,
     ) -> usize {
         let reach = self.reach(reach_m);
-        let mut refused = 0;
-        let mut joined = BTreeSet::new();
+        let (mut joined, mut refused) = (BTreeSet::new(), BTreeSet::new());
         for (point, normal, colour) in points {
             let normal =
                 normal.try_normalize(f32::EPSILON).filter(|n| n.iter().all(|x| x.is_finite()));
             if let Some(normal) = normal.filter(|_| geometry::is_finite(&point)) {
                 let plane =
                     Plane { colour, ..Plane::of(&point, normal, reach, self.config.edge_m) };
-                refused += self.put_plane(&plane, within, &mut joined);
+                self.put_plane(&plane, within, (&mut joined, &mut refused));
             }
         }
         joined.into_iter().for_each(|key| self.count_near_of(key));
-        refused
+        refused.len()
     }
 
     /// The blocks that [`Surface::put_points`] joins a point to.
@@ -88,27 +87,19 @@ impl Surface {
         }
     }
 
-    /// Returns for how many blocks there was no room.
     fn put_plane(
         &mut self,
         plane: &Plane,
         within: BlockBox,
-        joined: &mut BTreeSet<BlockKey>,
-    ) -> usize {
-        let BlockBox { least, most } = plane.nodes.blocks().intersection(&within);
-        let mut refused = 0;
-        for z in least.z..=most.z {
-            for y in least.y..=most.y {
-                for x in least.x..=most.x {
-                    match self.join_plane(BlockKey { x, y, z }, plane) {
-                        Joined::Nothing => {}
-                        Joined::Nodes => drop(joined.insert(BlockKey { x, y, z })),
-                        Joined::NoRoom => refused += 1,
-                    }
-                }
+        (joined, refused): (&mut BTreeSet<BlockKey>, &mut BTreeSet<BlockKey>),
+    ) {
+        for key in plane.nodes.blocks().intersection(&within).keys() {
+            match self.join_plane(key, plane) {
+                Joined::Nothing => {}
+                Joined::Nodes => drop(joined.insert(key)),
+                Joined::NoRoom => drop(refused.insert(key)),
             }
         }
-        refused
     }
 
     fn join_plane(&mut self, key: BlockKey, plane: &Plane) -> Joined {

@@ -275,7 +275,9 @@ async fn an_emptied_map_and_one_of_less_than_half_keep_the_former_as_a_version()
 async fn a_file_that_is_no_map_is_an_error_at_the_start_and_is_kept() {
     let starts = Starts::new("no_map");
     std::fs::write(starts.path(), "dear diary").unwrap();
-    let error = starts.start().err().unwrap().to_string();
+    let error = starts.start().err().unwrap();
+    assert!(node_shell::is_for_good(&error), "the service started it again for ever");
+    let error = error.to_string();
     assert!(error.contains("map.ply") && error.contains("moved away"), "{error}");
     assert_eq!(std::fs::read(starts.path()).unwrap(), b"dear diary");
 }
@@ -329,6 +331,31 @@ async fn a_changed_map_is_saved_once_in_a_period_in_the_background() {
     std::fs::remove_dir(starts.path()).unwrap();
     assert!(start.save().await.is_some());
     assert_eq!(starts.points(), (3, vec![]));
+}
+
+/// The service started a node again for ever whose map was larger than its bound.
+#[tokio::test]
+async fn a_saved_map_that_does_not_fit_is_a_failure_for_good() {
+    let starts = Starts::new("too_large");
+    let mut first = starts.start().unwrap();
+    first.take("map", 0..3);
+    first.save().await.unwrap();
+    for parameters in [
+        ReconstructionParameters {
+            config: ReconstructionConfig { max_voxels: 2, ..starts.parameters().config },
+            ..starts.parameters()
+        },
+        ReconstructionParameters {
+            config: ReconstructionConfig { max_map_blocks: 2, ..ReconstructionConfig::default() },
+            ..starts.parameters()
+        },
+    ] {
+        let node = starts.test.node(&starts.host, "reconstruction");
+        let mut stage = Stage::new(&node, &parameters).unwrap();
+        let file = Settings::of(&parameters).unwrap().file;
+        let refused = stage.begin_with(file.as_ref()).unwrap_err();
+        assert!(node_shell::is_for_good(&refused), "{refused}");
+    }
 }
 
 /// Two nodes with one file replaced each other's map in turns, and nobody was told.

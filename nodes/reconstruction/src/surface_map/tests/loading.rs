@@ -24,10 +24,26 @@ fn a_saved_map_is_loaded_and_goes_on_growing() {
     let stray = off_m.iter().filter(|off_m| **off_m > 0.02).count();
     assert!(stray <= off_m.len() / 200, "{stray} of {} points", off_m.len());
     assert!(median(off_m) < 0.002);
-    let few = ReconstructionConfig { max_map_blocks: 3, ..config(0.04) };
-    let mut small = Map::new(few, None).unwrap();
-    let refused = small.replace(&whole.points.points_m, &whole.points.normals, "map").unwrap_err();
-    assert!(matches!(refused, LoadError::TooManyBlocks { max_map_blocks: 3 }) && small.is_empty());
+}
+
+/// It was said that the map has too many blocks, and not what would be enough.
+#[test]
+fn a_map_of_too_many_blocks_is_refused_with_how_many_it_needs() {
+    let mut map = map(0.04);
+    map.integrate(&cycle(&Scene::room(), 0, &rig_at(0.0, 0.0), None)).unwrap();
+    let whole = map.whole().points;
+    let load = |max_map_blocks: usize| {
+        let mut map =
+            Map::new(ReconstructionConfig { max_map_blocks, ..config(0.04) }, None).unwrap();
+        let loaded = map.replace(&whole.points_m, &whole.normals, "map");
+        (loaded, map.is_empty())
+    };
+    let (Err(LoadError::TooManyBlocks { blocks, max_map_blocks: 3 }), true) = load(3) else {
+        panic!("it is loaded")
+    };
+    let refused = load(blocks - 1);
+    assert_eq!(refused.0, Err(LoadError::TooManyBlocks { blocks, max_map_blocks: blocks - 1 }));
+    assert_eq!(load(blocks).0.unwrap().new_voxels, blocks);
 }
 
 /// A wall 3 m wide and high, 2 m away, which stands obliquely to the grid.
