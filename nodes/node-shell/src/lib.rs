@@ -95,7 +95,7 @@ pub use process::shutdown::{Shutdown, ending_signals};
 pub use process::spill_folder::{SpillFolder, SpillFolderError};
 pub use process::status_line::StatusLine;
 pub use process::throttle::{Throttle, WARNING_PERIOD};
-pub use process::versions::{VERSIONS_KEPT, keep_version};
+pub use process::versions::{VERSIONS_KEPT, keep_version, keep_version_with};
 pub use process::whole_file::{check_folder_of, folder_of, output_file, write_whole_file};
 pub use program::Program;
 pub use services::lifecycle::{Lifecycle, Reset};

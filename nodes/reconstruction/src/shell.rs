@@ -118,7 +118,8 @@ geometry::parameters! {
         /// The file of the map: a path that ends in .ply, .pcd or .bt (OctoMap's binary files, which hold the voxels but not the
         /// points in them), or "" for none. A file of any edge, with or without normals, is loaded with the method free_space. The node starts with the map of the file, where there is one, and saves it there while it changes
         /// and when the node ends. The first save of each start, and one of less than half of the points, keeps the file that is
-        /// there as a numbered version beside it (map.version-1.ply); the five latest stay. A map is continued where the poses are in
+        /// there as a numbered version beside it (map.version-1.ply); the five latest stay, and of older ones the first of each day,
+        /// of five. A map is continued where the poses are in
         /// a frame map, whose origin must be the same one after each start; in another frame, as odom, each start begins an empty
         /// map.
         map_file: String = String::new(), changeable;
