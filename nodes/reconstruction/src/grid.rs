@@ -23,7 +23,7 @@ mod depth_fan;
 mod floor;
 mod observations;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use geometry::{GridCell, OccupancyGrid, Stamp};
 use nalgebra::{Point3, Vector3};
@@ -46,6 +46,9 @@ pub enum GridError {
     /// Nothing is in the map.
     #[error("there is no grid: the map is empty")]
     EmptyMap,
+    /// It is of scans, and none was seen.
+    #[error("there is no grid: no scan was seen yet")]
+    NoScan,
     /// The map shows no floor, above which the band would be.
     #[error(
         "there is no grid: no floor was found in the map's {points} points; with grid_floor given the height is that of \

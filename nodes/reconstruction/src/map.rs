@@ -177,6 +177,14 @@ impl Map {
         }
     }
 
+    /// Whether the grid is of the scans that were seen, and not of the points of the map.
+    pub(crate) fn has_grid_of_scans(&self) -> bool {
+        match self {
+            Self::Means(_) => false,
+            Self::Surface(map) => map.has_grid_of_scans(),
+        }
+    }
+
     /// The surface as triangles: [`SurfaceMap::mesh`].
     ///
     /// # Errors

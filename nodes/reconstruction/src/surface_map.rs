@@ -241,6 +241,11 @@ impl SurfaceMap {
         made.map(|grid| OccupancyGrid { stamp: self.stamp, frame_id, ..grid })
     }
 
+    /// Whether the grid is of the scans that were seen, and not of the points of the map.
+    pub(crate) fn has_grid_of_scans(&self) -> bool {
+        self.grid.as_ref().is_some_and(GridObservations::is_of_scans)
+    }
+
     /// The evidence on the cells of the grid, where one is asked for.
     pub(crate) fn grid_plane(&self) -> Option<&PlaneOccupancy> {
         self.grid.as_ref().map(GridObservations::plane)

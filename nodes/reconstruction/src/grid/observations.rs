@@ -158,7 +158,15 @@ impl GridObservations {
             plane: Some(&self.plane),
             rays_occupy: !is_band,
         };
-        layers.grid(&self.config)
+        layers.grid(&self.config).map_err(|error| match error {
+            GridError::EmptyMap if self.config.grid == GridSource::Scan => GridError::NoScan,
+            error => error,
+        })
+    }
+
+    /// Whether it is of the scans alone, and not of the points of the map.
+    pub(crate) fn is_of_scans(&self) -> bool {
+        self.config.grid == GridSource::Scan
     }
 
     fn columns(&self, points: GridPoints<'_>) -> Result<Columns, GridError> {

@@ -4,6 +4,7 @@
 //! `map_updates` has what has changed since, as a rectangle, once in `grid_period_s`; of a map so large that this would take much of the node's
 //! time, less often. Nothing is made while nobody subscribes.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -11,7 +12,9 @@ use geometry::{GridCell, OccupancyGrid};
 use msgs::convert;
 use msgs::map_msgs::OccupancyGridUpdate;
 use msgs::nav_msgs;
-use node_shell::{Node, NodeFailure, Publisher, Qos, Throttle, output_file, write_whole_file};
+use node_shell::{
+    Node, NodeFailure, Publisher, Qos, Throttle, keep_version_with, output_file, write_whole_file,
+};
 use tokio::time::Instant;
 
 use super::parameters::Settings;
@@ -106,7 +109,7 @@ impl GridOutput {
                 _ => grid,
             },
             // Nothing is mapped yet, or no more: a grid that was published is unknown now.
-            Err(GridError::EmptyMap) => {
+            Err(GridError::EmptyMap | GridError::NoScan) => {
                 self.has_changed = false;
                 if let Some(known) = self.known.take() {
                     let cells = vec![GridCell::Unknown; known.cells.len()];
@@ -177,18 +180,26 @@ impl GridFile {
         &self.yaml
     }
 
-    /// Writes the image and then the file that names it, each under a temporary name first.
+    /// Writes the image and then the file that names it, each under a temporary name first. With `keeps_former` what is there is kept as a
+    /// numbered version of both ([`keep_version_with`]), which is returned.
     ///
     /// # Errors
     /// When the folder cannot be written or is full; what could not be written is unchanged.
-    pub(super) fn write(&self, grid: &OccupancyGrid) -> Result<(), NodeFailure> {
-        let write = |path: &Path, bytes: &[u8]| {
-            write_whole_file(path, bytes).map_err(|error| {
-                format!("the grid could not be saved to {}: {error}", path.display())
-            })
+    pub(super) fn write(
+        &self,
+        grid: &OccupancyGrid,
+        keeps_former: bool,
+    ) -> Result<Option<PathBuf>, NodeFailure> {
+        let failed = |path: &Path, error: io::Error| {
+            format!("the grid could not be saved to {}: {error}", path.display())
         };
-        write(&self.image, &grid.pgm())?;
-        write(&self.yaml, grid.map_yaml(&self.image_name).as_bytes())?;
-        Ok(())
+        let former = keeps_former.then(|| keep_version_with(&self.yaml, Some(&self.image)));
+        let former = former.transpose().map_err(|error| failed(&self.yaml, error))?.flatten();
+        for (path, bytes) in
+            [(&self.image, grid.pgm()), (&self.yaml, grid.map_yaml(&self.image_name).into())]
+        {
+            write_whole_file(path, &bytes).map_err(|error| failed(path, error))?;
+        }
+        Ok(former)
     }
 }

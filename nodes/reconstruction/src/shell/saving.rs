@@ -50,6 +50,8 @@ impl Unsaved {
 pub(super) struct Saving<'a> {
     file: Option<MapFile>,
     grid_file: Option<GridFile>,
+    /// The file of the grid has one of another run, or of another map.
+    keeps_grid: bool,
     mesh_file: Option<MeshFile>,
     period: Duration,
     /// The time of the start of the last save, or of the node.
@@ -72,6 +74,7 @@ impl<'a> Saving<'a> {
         Self {
             file: settings.file.clone(),
             grid_file: settings.grid_file.clone(),
+            keeps_grid: true,
             mesh_file: settings.mesh_file.clone(),
             period: settings.save_period,
             last: Instant::now(),
@@ -98,7 +101,10 @@ impl<'a> Saving<'a> {
     /// Applies changed settings. Another file has another map.
     pub(super) fn change(&mut self, settings: &Settings) {
         self.period = settings.save_period;
-        self.grid_file.clone_from(&settings.grid_file);
+        if self.grid_file != settings.grid_file {
+            self.grid_file.clone_from(&settings.grid_file);
+            self.keeps_grid = true;
+        }
         self.mesh_file.clone_from(&settings.mesh_file);
         if self.file != settings.file {
             self.file = settings.file.clone();
@@ -189,7 +195,11 @@ impl<'a> Saving<'a> {
         if !self.has_file() {
             return Err(NO_MAP_FILE.into());
         }
-        let grid = self.grid_file.clone().map(|file| Ok((file, stage.map.occupancy_grid()?)));
+        // A grid of scans is of this run alone, and cannot be made of the map.
+        self.keeps_grid |= stage.unsaved.is_another;
+        let keeps_grid = self.keeps_grid && stage.map.has_grid_of_scans();
+        let grid = self.grid_file.clone();
+        let grid = grid.map(|file| Ok((file, stage.map.occupancy_grid()?, keeps_grid)));
         let grid = grid.and_then(|grid| self.or_log(GRID_CONDITION, grid, needs_all));
         let mesh = self.mesh_file.clone().map(|file| Ok((file, stage.map.mesh()?)));
         let mesh = mesh.and_then(|mesh| self.or_log(MESH_CONDITION, mesh, needs_all));
@@ -248,6 +258,9 @@ impl<'a> Saving<'a> {
                 Err(error)
             }
         });
+        if matches!(grid, Some(Ok(_))) {
+            self.keeps_grid = false;
+        }
         let others = [(GRID_CONDITION, grid), (MESH_CONDITION, mesh)];
         let others = others.into_iter().filter_map(|(condition, saved)| {
             let saved = saved?.inspect_err(|error| self.failed(condition, error));

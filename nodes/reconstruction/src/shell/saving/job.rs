@@ -11,8 +11,8 @@ use crate::shell::mesh_file::MeshFile;
 pub(super) struct Job {
     /// The map, and whether its former file is kept.
     pub(super) map: Option<(MapFile, Snapshot, bool)>,
-    /// The grid, or the reason why there is none.
-    pub(super) grid: Option<Result<(GridFile, OccupancyGrid), NodeFailure>>,
+    /// The grid, and whether its former file is kept, or the reason why there is none.
+    pub(super) grid: Option<Result<(GridFile, OccupancyGrid, bool), NodeFailure>>,
     /// The triangles, or the reason why there are none.
     pub(super) mesh: Option<Result<(MeshFile, TriangleMesh), NodeFailure>>,
 }
@@ -35,10 +35,16 @@ impl Job {
     pub(super) fn write(self) -> Done {
         let map = self.map.map(|(file, snapshot, keeps)| file.write(snapshot, keeps));
         let grid = self.grid.map(|grid| {
-            let (file, grid) = grid?;
-            file.write(&grid)?;
+            let (file, grid, keeps) = grid?;
+            let former = file.write(&grid, keeps)?;
             let (width, height, path) = (grid.width, grid.height, file.path().display());
-            Ok(format!("a grid of {width} x {height} cells to {path}"))
+            let done = format!("a grid of {width} x {height} cells to {path}");
+            let Some(former) = former else { return Ok(done) };
+            tracing::info!(
+                "the grid of scans begins anew; the former one is kept as {}",
+                former.display()
+            );
+            Ok(format!("{done}; the former one is kept as {}", former.display()))
         });
         let mesh = self.mesh.map(|mesh| {
             let (file, mesh) = mesh?;

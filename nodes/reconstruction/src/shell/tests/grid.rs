@@ -121,6 +121,45 @@ async fn a_grid_that_cannot_be_written_does_not_concern_the_map() {
     assert_eq!(names, ["house.pgm", "map.ply"]);
 }
 
+/// The plan of the day before was overwritten with what was seen since the start.
+#[tokio::test]
+async fn a_grid_of_scans_of_a_former_start_is_kept_as_a_version() {
+    let test = Place::new("grid_former");
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    for (source, versions) in [(GridSource::Scan, 1), (GridSource::HeightBand, 0)] {
+        let name = format!("{source:?}");
+        let mut parameters = parameters(source);
+        parameters.grid_file = path(&format!("{name}.yaml"));
+        let image = folder.path().join(format!("{name}.pgm"));
+        let mut images = Vec::new();
+        for start in 0..2 {
+            let node = test.node(&test.host(), "reconstruction");
+            let mut stage = Stage::new(&node, &parameters).unwrap();
+            let mut saving = Saving::new(&Settings::of(&parameters).unwrap(), node.counters());
+            for index in 0..6 {
+                let mut cycle = cycle(&Scene::room(), index, &rig_at(0.0, 0.0), None);
+                cycle.setup = parameters.config.pipeline.setup();
+                // The second start has seen less.
+                let rays = crate::grid::tests::rays();
+                let seen = rays.len() / (start + 1);
+                cycle.scan_rays = std::sync::Arc::new(rays.into_iter().take(seen).collect());
+                stage.take(&node_shell::Arrived::Value(std::sync::Arc::new(cycle)));
+                // Each changes it; the first one alone keeps what was there.
+                saving.save_now(&mut stage).await.unwrap();
+            }
+            images.push(std::fs::read(&image).unwrap());
+        }
+        let versions_of = |ending: &str| -> Vec<_> {
+            (1..9)
+                .filter_map(|n| std::fs::read(path(&format!("{name}.version-{n}.{ending}"))).ok())
+                .collect()
+        };
+        assert_eq!((versions_of("pgm").len(), versions_of("yaml").len()), (versions, versions));
+        assert!(versions_of("pgm").iter().all(|version| *version == images[0]));
+    }
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn the_grid_is_saved_at_the_end_with_or_without_the_map() {
     let test = Place::new("grid_file");
@@ -173,13 +212,13 @@ fn a_grid_that_cannot_be_saved_is_an_error_and_the_former_file_is_whole() {
     let grid =
         OccupancyGrid { resolution_m: 0.05, width: 1, height: 1, ..OccupancyGrid::default() };
     let grid = OccupancyGrid { cells: vec![geometry::GridCell::Free], ..grid };
-    file.write(&grid).unwrap();
+    file.write(&grid, false).unwrap();
     let before = std::fs::read(&path).unwrap();
     // The image cannot be replaced: a folder has its name.
     std::fs::remove_file(folder.path().join("house.pgm")).unwrap();
     std::fs::create_dir(folder.path().join("house.pgm")).unwrap();
     let moved = OccupancyGrid { least: [7, 7], ..grid };
-    let error = file.write(&moved).unwrap_err().to_string();
+    let error = file.write(&moved, false).unwrap_err().to_string();
     assert!(error.contains("house.pgm"), "{error}");
     assert_eq!(std::fs::read(&path).unwrap(), before);
 }
