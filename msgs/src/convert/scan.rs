@@ -148,6 +148,9 @@ mod tests {
         }
         let message = LaserScan { angle_increment: TAU / 456.0, ..turn(502) };
         assert!(scan_from_message(&message).is_err());
+        // A turn of more rays than can be counted.
+        let message = LaserScan { angle_increment: f32::MIN_POSITIVE, ..turn(360) };
+        assert_eq!(scan_from_message(&message).unwrap().ranges_m.len(), 360);
     }
 
     #[test]

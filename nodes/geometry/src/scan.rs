@@ -69,7 +69,7 @@ pub fn rays_in_turn(angle_increment_rad: f32) -> Option<usize> {
 #[must_use]
 pub fn rays_without_overlap(rays: usize, angle_increment_rad: f32) -> usize {
     match rays_in_turn(angle_increment_rad) {
-        Some(turn) if rays > turn + SPARE_INCREMENTS as usize => {
+        Some(turn) if rays > turn.saturating_add(SPARE_INCREMENTS as usize) => {
             let most = turn as f64 * (1.0 + MOST_OVERLAP);
             if rays as f64 <= most { turn } else { rays }
         }

@@ -30,7 +30,7 @@ pub struct MotionSearch {
     pub unknown_beams: usize,
     /// The step of the pose since the last cycle, if no platform makes it: what earlier cycles saw was forgotten.
     pub pose_jump: Option<PoseJump>,
-    /// The beams that hit what moves, of the whole scan, by their places among [`MotionInput::beams`].
+    /// The beams that hit what moves, of the whole scan, by their places among [`MotionInput::beams`](super::MotionInput::beams).
     pub hits: Vec<MovingBeam>,
     /// The rays of all beams that have a return, in the rig frame of the cycle's pose.
     pub rays: Vec<ScanRay>,
