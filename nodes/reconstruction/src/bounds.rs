@@ -63,7 +63,10 @@ impl KeptOut {
                 "map_edge_m {edge_m} is too fine for what the camera sees: {cut_views} of {cycles} depth images have more than \
                  {max_blocks_per_image} blocks of {BLOCK_EDGE} voxels an axis, and what is farther is not in the map"
             ),
-            fix: "raise map_edge_m (--map-edge) of the whole pipeline: a room fits with 0.01".to_owned(),
+            fix: format!(
+                "raise map_edge_m (--map-edge) of the whole pipeline: {} needs a quarter of the blocks",
+                2.0 * edge_m
+            ),
         })
     }
 

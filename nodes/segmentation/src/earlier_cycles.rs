@@ -4,8 +4,8 @@
 //! of the static scene. Where the camera still sees his places, what is seen behind them clears them. A camera that comes nearer
 //! loses them from its image before that. So a new object is followed backwards: what was at its place a cycle ago and is not known to
 //! be background is the object, and so on to the first cycle. What is still there in a later cycle, when the object is elsewhere, is none
-//! of it: walls and furniture that it passed. What it left in places that are out of view, or through which the camera sees, is retracted
-//! as soon as that is so: the map forgets it.
+//! of it: walls and furniture that it passed. What it left in places that are out of view, through which the camera sees, or from which
+//! nothing returns, is retracted as soon as that is so: the map forgets it. In a hall whose end is out of reach nothing is ever seen behind.
 
 #[cfg(test)]
 mod tests;
@@ -114,9 +114,9 @@ impl EarlierCycles {
             cycle.of_unknown.retain(|_| index.next().is_some_and(|index: usize| !is_taken[index]));
         }
         self.of_found.extend(new.into_iter().flat_map(|object| object.found));
-        let is_gone = |point: &mut PointOfFound| {
-            let sight = view.sight(&point.in_map_m, voxel_edge_m);
-            matches!(sight, Sight::OutOfView | Sight::ReturnsBehind)
+        let is_gone = |point: &mut PointOfFound| match view.sight(&point.in_map_m, voxel_edge_m) {
+            Sight::OutOfView | Sight::ReturnsBehind | Sight::NoReturn => true,
+            Sight::Returns => false,
         };
         let gone = self.of_found.extract_if(.., is_gone).map(|point| point.in_map_m).collect();
         self.of_found.iter_mut().for_each(|point| point.cycles += 1);

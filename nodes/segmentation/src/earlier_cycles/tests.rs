@@ -69,6 +69,18 @@ fn what_a_walker_left_behind_the_camera_is_retracted_when_he_is_found() {
     assert_eq!(retracted(&mut cycles, place_m(6), &sees_from(1.5)), []);
 }
 
+/// In a hall whose end is out of reach nothing is ever seen behind him.
+#[test]
+fn what_a_walker_left_is_retracted_where_nothing_returns_any_more() {
+    let mut cycles = cycles(6, &[]);
+    let below_him: Vec<_> = wall().into_iter().filter(|point| point.z < -2.0).collect();
+    let view = TiledView::of(&view_of(&below_him, &Isometry3::translation(-1.5, 0.0, 0.0), 1.0));
+    let first = column(place_m(0), 0.0)[0].in_map_m.cast();
+    assert_eq!(view.sight(&first, EDGE_M), Sight::NoReturn);
+    let left = retracted(&mut cycles, place_m(6), &view).len();
+    assert!(left > 900, "{left}");
+}
+
 #[test]
 fn what_is_seen_where_it_was_stays() {
     let mut cycles = cycles(6, &[]);
