@@ -38,7 +38,6 @@
 //! another frame, such as `odom`, a new map is begun.
 
 mod bounds_watch;
-mod claim;
 mod distance_output;
 mod grid_output;
 mod loading;
@@ -60,11 +59,10 @@ use std::time::Duration;
 
 use msgs::std_srvs::Trigger;
 use msgs::stillmap_msgs::{GetDistanceField, GetDistances};
-use node_shell::{Node, NodeFailure, Program};
+use node_shell::{ClaimedFile, Node, NodeFailure, Program};
 use tokio::time::{Instant, MissedTickBehavior};
 
 use crate::ReconstructionConfig;
-use claim::MapClaim;
 use parameters::Settings;
 use saving::Saving;
 pub use spilling::empty_map;
@@ -100,7 +98,8 @@ const SHORTEST_S: f64 = 1e-9;
 const LONGEST_S: f64 = 1e9;
 
 geometry::parameters! {
-    /// The parameters of the node. What the map is not made by may change.
+    /// The parameters of the node. What the map is not made by may change, except the names of the files: whoever reaches the
+    /// network may set parameters, and would choose what is written over.
     #[derive(Clone, PartialEq, Debug)]
     pub struct ReconstructionParameters {
         /// While clouds come, the whole map is published on static_map once in this time, if somebody subscribes. Besides it is
@@ -122,7 +121,7 @@ geometry::parameters! {
         /// of five. A map is continued where the poses are in
         /// a frame map, whose origin must be the same one after each start; in another frame, as odom, each start begins an empty
         /// map.
-        map_file: String = String::new(), changeable;
+        map_file: String = String::new();
         /// While the map changes, it is saved to map_file once in this time: a killed node loses what came since. The points are
         /// copied for it, 24 bytes each, and with at_max_voxels spill every tile is read: give a large spilled map a long period.
         map_save_period_s: f64 = 30.0, between(SHORTEST_S, LONGEST_S), changeable;
@@ -139,11 +138,11 @@ geometry::parameters! {
         /// The file of the occupancy grid for map_server: a path that ends in .yaml, or "" for none. The image is beside it, with
         /// the ending .pgm. Both are saved with the map: once in map_save_period_s while it changes, by ~/save_map, and when the
         /// node ends. With grid none they are not.
-        grid_file: String = String::new(), changeable;
+        grid_file: String = String::new();
         /// The file of the surface as triangles: a path that ends in .ply, .obj or .glb (binary glTF), or "" for none. It is saved
         /// with the map: once in map_save_period_s while it changes, by ~/save_map, and when the node ends. Making it costs by the whole map.
         /// With the method free_space alone.
-        mesh_file: String = String::new(), changeable;
+        mesh_file: String = String::new();
         /// The folder of the spilled tiles, made if it is not there. The node's files have a folder of their own in it, which is
         /// removed when the node ends; what a killed node has left there is removed at the next start.
         spill_folder: String = String::new(), read_with("at_max_voxels", "spill");
@@ -164,7 +163,10 @@ pub fn run(arguments: impl IntoIterator<Item = String>) -> ExitCode {
 /// cannot be loaded or saved.
 pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<(), NodeFailure> {
     let settings = Settings::of(&parameters)?;
-    let mut claim = MapClaim::new(&settings, node).await?;
+    let _claimed = match &settings.file {
+        Some(file) => Some(ClaimedFile::at(file.path(), &node.shutdown_signal()).await?),
+        None => None,
+    };
     let mut stage = Stage::new(node, &parameters)?;
     stage.begin_with(settings.file.as_ref())?;
     let mut live = node.serve_parameters(&parameters)?;
@@ -184,8 +186,7 @@ pub async fn serve(node: &Node, parameters: ReconstructionParameters) -> Result<
             biased;
             () = shutdown.wait() => break,
             parameters = live.changed() => {
-                let mut settings = Settings::of(&parameters)?;
-                claim.change(&mut settings).await;
+                let settings = Settings::of(&parameters)?;
                 stage.change(&settings);
                 saving.change(&settings);
             }

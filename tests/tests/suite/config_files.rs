@@ -128,8 +128,8 @@ fn the_pose_nodes_file_has_every_parameter_at_its_default() {
     loaded.validate().unwrap();
 }
 
-/// What a node says of its parameters to others: each has a description, and its range is no narrower than what the node
-/// accepts, and no wider at its ends.
+/// What a node says of its parameters to others: each has a description, its range is no narrower than what the node
+/// accepts, and no wider at its ends, and none that names a file may be set while the node runs.
 fn descriptors_say_what_holds<P: NodeParameters>() {
     let accepts = |name: &str, value: &str| {
         let assignment = Assignment { name: name.to_owned(), value: value.to_owned() };
@@ -141,6 +141,10 @@ fn descriptors_say_what_holds<P: NodeParameters>() {
     for one in &node_shell::descriptors::<P>().unwrap() {
         let name = one.name.as_str();
         assert!(!one.description.is_empty(), "{name} has no description");
+        assert!(
+            one.read_only || !names_a_place(name),
+            "{name} may be set by anybody on the network"
+        );
         // What other parameters bound as well may refuse the ends.
         let is_bound = BOUND_BY_OTHERS.contains(&name);
         match (one.r#type, one.integer_range.first(), one.floating_point_range.first()) {
@@ -176,6 +180,11 @@ fn descriptors_say_what_holds<P: NodeParameters>() {
             (kind, ..) => panic!("{name} of the type {kind} has a range"),
         }
     }
+}
+
+/// Whether a parameter names a file or a folder.
+fn names_a_place(name: &str) -> bool {
+    ["_file", "_folder", "_on_exit"].iter().any(|end| name.ends_with(end))
 }
 
 /// A response that every client of a service gets: one datagram of Ethernet's, less what is in it besides.

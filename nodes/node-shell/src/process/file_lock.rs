@@ -45,14 +45,6 @@ impl ClaimedFile {
         Self::within(ENDS_WITHIN, path, shutdown).await
     }
 
-    /// The same without a wait.
-    ///
-    /// # Errors
-    /// As of [`Self::at`].
-    pub async fn at_once(path: &Path) -> Result<Self, NodeFailure> {
-        Self::within(Duration::ZERO, path, &Shutdown::new()).await
-    }
-
     async fn within(wait: Duration, path: &Path, shutdown: &Shutdown) -> Result<Self, NodeFailure> {
         let until = Instant::now() + wait;
         loop {

@@ -98,18 +98,9 @@ impl<'a> Saving<'a> {
         self.running.is_none()
     }
 
-    /// Applies changed settings. Another file has another map.
+    /// Applies changed settings. The files stay those of the start.
     pub(super) fn change(&mut self, settings: &Settings) {
         self.period = settings.save_period;
-        if self.grid_file != settings.grid_file {
-            self.grid_file.clone_from(&settings.grid_file);
-            self.keeps_grid = true;
-        }
-        self.mesh_file.clone_from(&settings.mesh_file);
-        if self.file != settings.file {
-            self.file = settings.file.clone();
-            self.most_points = None;
-        }
     }
 
     /// Begins to save a changed map, once in a period.
@@ -279,9 +270,7 @@ impl<'a> Saving<'a> {
         let Saved { points, former } = saved;
         let mut done = format!("saved a map of {points} points to {}", file.path().display());
         let is_first = self.most_points.is_none();
-        if self.file.as_ref() == Some(file) {
-            self.most_points = Some(self.most_points.map_or(points, |most| most.max(points)));
-        }
+        self.most_points = Some(self.most_points.map_or(points, |most| most.max(points)));
         self.counters.note_condition(CONDITION, &done, false);
         if let Some(Former { version, points: before }) = former {
             let before_text =

@@ -31,12 +31,12 @@ struct Asked {
 }
 
 impl Asked {
-    async fn start(place: &Place) -> Option<Self> {
+    async fn start(place: &Place, parameters: ReconstructionParameters) -> Option<Self> {
         let topics = [EVENTS, ParameterEvent::TYPE_NAME];
         let peer = Peer::start(Make::CyclonePython, "call", place, &topics).await?;
         let node = place.node("reconstruction");
         let (node_name, shutdown) = (node.full_name(), node.shutdown_signal());
-        Some(Self { peer, node_name, shutdown, serving: tokio::spawn(serving(node)) })
+        Some(Self { peer, node_name, shutdown, serving: tokio::spawn(serving(node, parameters)) })
     }
 
     fn service(&self, name: &str) -> String {
@@ -70,8 +70,11 @@ impl Asked {
     }
 }
 
-async fn serving(node: node_shell::Node) -> Result<(), NodeFailure> {
-    let result = serve(&node, ReconstructionParameters::default()).await;
+async fn serving(
+    node: node_shell::Node,
+    parameters: ReconstructionParameters,
+) -> Result<(), NodeFailure> {
+    let result = serve(&node, parameters).await;
     node.close().await;
     result
 }
@@ -99,7 +102,9 @@ fn text(name: &str, value: &str) -> Value {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_peer_reads_what_the_parameters_are() {
     let place = Place::new().await;
-    let Some(mut asked) = Asked::start(&place).await else { return };
+    let Some(mut asked) = Asked::start(&place, ReconstructionParameters::default()).await else {
+        return;
+    };
     let expected = node_shell::descriptors::<ReconstructionParameters>().unwrap();
     let names: Vec<&str> = expected.iter().map(|one| one.name.as_str()).collect();
 
@@ -121,7 +126,8 @@ async fn a_peer_reads_what_the_parameters_are() {
     let of =
         |name: &str| &described["descriptors"][names.iter().position(|one| *one == name).unwrap()];
     assert_eq!(of("voxel_edge_m")["read_only"], true);
-    assert_eq!(of("map_file")["read_only"], false);
+    assert_eq!(of("map_file")["read_only"], true);
+    assert_eq!(of("map_save_period_s")["read_only"], false);
     assert!(of("method")["additional_constraints"].as_str().unwrap().contains("`free_space`"));
 
     let service = asked.service("get_parameter_types");
@@ -143,15 +149,17 @@ async fn a_peer_reads_what_the_parameters_are() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_peer_sets_parameters_and_hears_of_it() {
     let place = Place::new().await;
-    let Some(mut asked) = Asked::start(&place).await else { return };
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("map.ply");
+    let map_file = file.to_str().unwrap().to_owned();
+    let parameters = ReconstructionParameters { map_file, ..Default::default() };
+    let Some(mut asked) = Asked::start(&place, parameters).await else { return };
 
     let results = asked
         .set(&[
             whole("map_update_max_points", 5),
             fractional("voxel_edge_m", 0.1),
-            text("map_file", "map.txt"),
+            text("grid_file", folder.path().join("grid.yaml").to_str().unwrap()),
             // A whole number does for a fractional one.
             whole("map_update_period_s", 2),
             text("map_fil", "map.ply"),
@@ -159,11 +167,16 @@ async fn a_peer_sets_parameters_and_hears_of_it() {
         .await;
     let is_set: Vec<_> = results.iter().map(|one| one["successful"].as_bool().unwrap()).collect();
     assert_eq!(is_set, [true, false, false, true, false], "{results:?}");
-    for (index, part) in [(1, "cannot change while"), (2, ".pcd"), (4, "did you mean `map_file`")] {
+    let reasons = [
+        (1, "cannot change while"),
+        (2, "`grid_file` cannot change while"),
+        (4, "did you mean `map_file`"),
+    ];
+    for (index, part) in reasons {
         let reason = results[index]["reason"].as_str().unwrap();
         assert!(reason.contains(part), "{reason}");
     }
-    let names = ["map_update_max_points", "voxel_edge_m", "map_file", "map_update_period_s"];
+    let names = ["map_update_max_points", "voxel_edge_m", "grid_file", "map_update_period_s"];
     let values = asked.values(&names).await;
     assert_eq!(
         (&values[0]["integer_value"], &values[1]["double_value"]),
@@ -172,14 +185,13 @@ async fn a_peer_sets_parameters_and_hears_of_it() {
     assert_eq!((&values[2]["string_value"], &values[3]["double_value"]), (&json!(""), &json!(2.0)));
 
     let refused = asked
-        .set_atomically(&[text("map_file", "other.ply"), whole("map_update_max_points", 0)])
+        .set_atomically(&[fractional("map_save_period_s", 9.0), whole("map_update_max_points", 0)])
         .await;
     assert_eq!(refused["successful"], false);
     assert!(refused["reason"].as_str().unwrap().contains("must be 1 or more, not 0"), "{refused}");
-    assert_eq!(asked.values(&["map_file"]).await[0]["string_value"], "");
+    assert_eq!(asked.values(&["map_save_period_s"]).await[0]["double_value"], 30.0);
 
-    // The node goes by what was set: it saves its map there.
-    let wanted = [text("map_file", file.to_str().unwrap()), whole("map_update_max_points", 7)];
+    let wanted = [fractional("map_save_period_s", 8.0), whole("map_update_max_points", 7)];
     let mut event = None;
     for _ in 0..GREETINGS {
         let result = asked.set_atomically(&wanted).await;
@@ -197,11 +209,15 @@ async fn a_peer_sets_parameters_and_hears_of_it() {
     assert_eq!((&event["new_parameters"], &event["deleted_parameters"]), (&json!([]), &json!([])));
     assert!(event["stamp"]["sec"].as_i64().unwrap() > 0);
 
+    // The map is saved to the file of the start, whatever a peer asks for.
+    let other = folder.path().join("other.ply");
+    let refused = asked.set(&[text("map_file", other.to_str().unwrap())]).await;
+    assert_eq!(refused[0]["successful"], false);
     let service = asked.service("save_map");
     let request = json!({ "structure_needs_at_least_one_member": 0 });
     let saved = asked.peer.call::<Trigger>(&service, request).await;
     assert_eq!(saved["success"], true, "{saved}");
-    assert!(file.is_file());
+    assert!(file.is_file() && !other.exists());
     asked.end().await;
 }
 
@@ -307,7 +323,9 @@ async fn a_peer_reads_and_sets_the_parameters_of_every_node() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_node_ends_in_time_while_it_is_asked() {
     let place = Place::new().await;
-    let Some(mut asked) = Asked::start(&place).await else { return };
+    let Some(mut asked) = Asked::start(&place, ReconstructionParameters::default()).await else {
+        return;
+    };
     asked.values(&["method"]).await;
     let ending = Instant::now();
     asked.end().await;

@@ -364,8 +364,7 @@ async fn a_second_node_with_the_same_file_is_refused_for_good() {
     let starts = Starts::new("two");
     let node = || starts.test.node(&Host::in_process(), "reconstruction");
     let (first, second) = (node(), node());
-    let settings = Settings::of(&starts.parameters()).unwrap();
-    let claim = MapClaim::new(&settings, &first).await.unwrap();
+    let claim = ClaimedFile::at(&starts.path(), &first.shutdown_signal()).await.unwrap();
     // It waits for the other one to end, but not when it is to end itself.
     second.shutdown_signal().trigger();
     let refused = serve(&second, starts.parameters()).await.unwrap_err();
@@ -374,25 +373,13 @@ async fn a_second_node_with_the_same_file_is_refused_for_good() {
     serve(&second, starts.parameters()).await.unwrap();
 }
 
-/// The file of another node is not written either when the parameter changes to it.
-#[tokio::test]
-async fn a_file_that_another_node_has_is_not_changed_to() {
-    let starts = Starts::new("changed_to");
-    let node = starts.test.node(&starts.host, "reconstruction");
-    let settings_of = |name: &str| {
-        let map_file = starts.folder.path().join(name).to_str().unwrap().to_owned();
-        Settings::of(&ReconstructionParameters { map_file, ..starts.parameters() }).unwrap()
-    };
-    let (own, other) = (settings_of("own.ply"), settings_of("other.ply"));
-    let mut claim = MapClaim::new(&own, &node).await.unwrap();
-    let others = MapClaim::new(&other, &node).await.unwrap();
-    let mut changed = settings_of("other.ply");
-    claim.change(&mut changed).await;
-    assert_eq!(changed.file, own.file);
-    drop(others);
-    let mut changed = settings_of("other.ply");
-    claim.change(&mut changed).await;
-    assert_eq!(changed.file, other.file);
+/// Anybody on the network may set parameters, and could have any file of the node's user written over.
+#[test]
+fn where_files_are_written_cannot_be_set_while_the_node_runs() {
+    let descriptors = node_shell::descriptors::<ReconstructionParameters>().unwrap();
+    let names = ["map_file", "grid_file", "mesh_file", "spill_folder"];
+    let found = descriptors.iter().filter(|one| names.contains(&one.name.as_str()));
+    assert!(found.clone().all(|one| one.read_only) && found.count() == names.len());
 }
 
 #[test]
