@@ -6,10 +6,11 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use node_shell::parameters::NoParameters;
-use node_shell::{Node, NodeFailure, RosArguments, ShellError};
+use node_shell::{Node, NodeFailure, RosArguments, ShellError, Unusable};
 use serde::Serialize;
 
 use crate::bag::Bag;
+use crate::schedule::Schedule;
 
 mod clock;
 mod compress;
@@ -104,7 +105,9 @@ pub fn run_options(options: PlayOptions, ros: &RosArguments) -> Result<ExitCode,
     let identity = ros.identity(NODE_NAME).map_err(ShellError::from)?;
     node_shell::log::start(&identity.logger_name(), &ros.log, &ros.outputs);
     ros.warn_of_options_without_effect();
-    // An unreadable bag is reported without joining the network.
+    // What cannot be played is reported without joining the network.
+    Schedule::new(options.rate, options.looping)
+        .map_err(|error| Unusable::new(error.to_string()))?;
     Bag::open(&options.bag)?;
     let json = options.json;
     let looping = options.looping;

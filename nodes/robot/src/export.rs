@@ -188,7 +188,7 @@ impl ExportArgs {
         .find_map(|(is_useless, what)| is_useless.then_some(what));
         match option {
             Some(what) => {
-                Err(Failure::new(format!("{what}, and not of {}", self.output.display()))
+                Err(Failure::unusable(format!("{what}, and not of {}", self.output.display()))
                     .fix("leave it out; --thin METRES keeps one point for each voxel"))
             }
             None => Ok(()),
@@ -210,7 +210,7 @@ fn grid(args: &ExportArgs, points: &OrientedPoints) -> Result<OccupancyGrid, Fai
     if let Some(floor_m) = args.floor {
         (config.grid_floor, config.grid_floor_height_m) = (GridFloor::Given, floor_m);
     }
-    config.validate().map_err(|error| Failure::new(error.to_string()))?;
+    config.validate().map_err(|error| Failure::unusable(error.to_string()))?;
     let OrientedPoints { points_m, normals, .. } = points;
     let points = GridPoints { points_m, normals };
     grid_of_points(&config, points, ("map", Stamp::default())).map_err(|error| {
@@ -239,7 +239,7 @@ fn las_of(
 }
 
 fn octomap_of(points_m: &[Point3<f32>], edge_m: f64) -> Result<Vec<u8>, Failure> {
-    let wrong = |error: &dyn std::fmt::Display| Failure::new(format!("--edge: {error}"));
+    let wrong = |error: &dyn std::fmt::Display| Failure::unusable(format!("--edge: {error}"));
     let grid = VoxelGrid::new(edge_m).map_err(|error| wrong(&error))?;
     let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
     octomap::encode(edge_m, &voxels).map_err(|error| wrong(&error))

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::process::ExitCode;
 
+use node_shell::parameters::ParameterError;
 use node_shell::{EXIT_UNUSABLE, NodeFailure, ShellError, is_for_good};
 
 /// The exit code of a job of whose input a part was lost.
@@ -23,6 +24,16 @@ impl Failure {
     /// A failure that says what was wrong.
     pub fn new(what: impl Into<String>) -> Self {
         Self { what: what.into(), fix: None, is_interruption: false, is_for_good: false }
+    }
+
+    /// A failure of an option that cannot be used, whatever the input: the same as of a command line that cannot be read.
+    pub fn unusable(what: impl Into<String>) -> Self {
+        Self::new(what).for_good()
+    }
+
+    /// A parameter cannot be used, or a file of them.
+    pub(crate) fn of_parameters(error: &ParameterError) -> Self {
+        Self { is_for_good: error.is_for_good(), ..Self::new(error.to_string()) }
     }
 
     /// A node could not be had.

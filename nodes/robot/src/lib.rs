@@ -153,10 +153,10 @@ pub fn refuse_ros_arguments(ros: &RosArguments) -> Result<(), Failure> {
     if none.is_ok_and(|none| none == *ros) {
         return Ok(());
     }
-    Err(Failure::new("--ros-args is for nodes, and has no effect here")
+    Err(Failure::unusable("--ros-args is for nodes, and has no effect here")
         .fix("--params-file FILE gives parameters to those commands that take some, and --scan, --depth, --pose, ... name the topics of a bag"))
 }
 
 fn code_of(result: Result<ExitCode, NodeFailure>) -> Result<ExitCode, Failure> {
-    result.map_err(|error| Failure::new(error.to_string()))
+    result.map_err(|error| Failure::of_body(&error))
 }

@@ -116,24 +116,26 @@ pub(crate) fn run(args: &OdometryArgs) -> Result<Outcome, Failure> {
         refuse_same_file((&args.output, "-o"), (map, "--save-map"))?;
     }
     if args.of == Whose::Lidar && args.slam {
-        return Err(Failure::new("--slam is for a camera").fix("leave it out for a LiDAR"));
+        return Err(Failure::unusable("--slam is for a camera").fix("leave it out for a LiDAR"));
     }
     let is_of_images = args.depth.is_some() || args.features.is_some() || !args.topics.is_empty();
     if args.of == Whose::Lidar && is_of_images {
-        return Err(Failure::new("--depth, --features, --image and --image-info are for a camera")
-            .fix("leave them out for a LiDAR"));
+        return Err(Failure::unusable(
+            "--depth, --features, --image and --image-info are for a camera",
+        )
+        .fix("leave them out for a LiDAR"));
     }
     if args.of == Whose::Lidar {
         let how = (&args.lidar, args.loop_closing);
         return lidar::run_odometry(&args.bag, &args.output, how, &args.files, args.json);
     }
     if !args.lidar.is_empty() || args.loop_closing {
-        return Err(Failure::new("--lidar, --calibration and --loop-closing are for a LiDAR")
+        return Err(Failure::unusable("--lidar, --calibration and --loop-closing are for a LiDAR")
             .fix("add --of lidar"));
     }
     let mut parameters: PoseParameters =
         parameters::load(&format!("/{}", visual::NODE), &args.files, &[] as &[Assignment])
-            .map_err(|error| Failure::new(error.to_string()))?;
+            .map_err(|error| Failure::of_parameters(&error))?;
     if let Some(features) = args.features {
         parameters.tracker.frame.use_points = features != Features::Lines;
         parameters.tracker.frame.use_lines = features != Features::Points;

@@ -80,7 +80,7 @@ pub struct HowArgs {
     /// Replace what another run has left in the folder
     #[arg(long)]
     pub overwrite: bool,
-    /// How the stages are connected
+    /// How the stages are connected (default: local; of demo: dds)
     #[arg(long, value_enum)]
     pub transport: Option<TransportName>,
     /// Playback speed over DDS; a local run always goes as fast as it can
@@ -123,8 +123,11 @@ impl HowArgs {
     /// When a parameter file cannot be used, or an option does not go with them.
     pub fn check(&self) -> Result<(), Failure> {
         if !(self.rate.is_finite() && self.rate > 0.0) {
-            return Err(Failure::new(format!("--rate {} is not a positive number", self.rate))
-                .fix("1 plays as recorded, 0.5 half as fast"));
+            return Err(Failure::unusable(format!(
+                "--rate {} is not a positive number",
+                self.rate
+            ))
+            .fix("1 plays as recorded, 0.5 half as fast"));
         }
         let parameters = PipelineParameters::load(&self.parameters)?;
         mesh_output::check(self.mesh, parameters.pipeline())
@@ -152,14 +155,14 @@ pub(crate) fn run(
     }
     if is_lidar || args.topics.wants_lidar() {
         if args.how.mesh.is_some() {
-            return Err(Failure::new("--mesh: a road map has no distances to make a mesh of"));
+            return Err(Failure::unusable("--mesh: a road map has no distances to make a mesh of"));
         }
         if transport == TransportName::Dds {
-            return Err(Failure::new("a road map is made with --transport local only")
+            return Err(Failure::unusable("a road map is made with --transport local only")
                 .fix("over DDS start `stillmap up --pose lidar`, and play the recording"));
         }
         if let Some(option) = args.how.drawings.given() {
-            return Err(Failure::new(format!("{option}: a road map has pictures of its own"))
+            return Err(Failure::unusable(format!("{option}: a road map has pictures of its own"))
                 .fix("leave it out: the folder then holds the map and the drive from above"));
         }
         args.refuse_without_effect_on_a_road_map()?;
@@ -182,7 +185,7 @@ pub(crate) fn run(
         );
     }
     if !args.topics.lidar().is_empty() || args.road != RoadArgs::default() {
-        return Err(Failure::new(
+        return Err(Failure::unusable(
             "--lidar, --calibration, --loop-closing, --road-voxel, --road-memory and --colour are for a LiDAR's road map",
         )
         .fix("leave them out, or add --pose lidar"));
@@ -203,7 +206,7 @@ impl RunArgs {
         let given = of_run.into_iter().filter_map(|(is_given, name)| is_given.then_some(name));
         match self.topics.of_other_sensors().into_iter().chain(given).next() {
             Some(option) => {
-                Err(Failure::new(format!("{option} has no effect on a LiDAR's road map"))
+                Err(Failure::unusable(format!("{option} has no effect on a LiDAR's road map"))
                     .fix("leave it out, or leave out --pose lidar"))
             }
             None => Ok(()),

@@ -44,7 +44,7 @@ pub struct UpArgs {
     /// A further node that publishes the pose for the others; without it the pose comes from another process
     #[arg(long, value_enum, value_name = "BY")]
     pose: Option<PoseNode>,
-    /// Edge of the map's voxels, in metres; of the method free_space
+    /// Edge of the map's voxels, in metres; of the method free_space (default: map_edge_m of the parameters, or 0.02)
     #[arg(long, value_name = "METRES")]
     map_edge: Option<f64>,
     /// Serve the live view, a page for the browser: at this address, or for this machine alone; port 0 is a free one

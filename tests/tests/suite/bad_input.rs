@@ -310,7 +310,7 @@ fn a_parameter_file_for_no_node() {
         "--out",
         out.to_str().unwrap(),
     ]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.contains("misspelt.yaml") && stderr.contains("none of the nodes"), "{stderr}");
 }
@@ -410,7 +410,7 @@ fn a_negative_number_names_the_range() {
         let line = ["run", bag, "--out", out.to_str().unwrap()];
         let output = stillmap(line.iter().chain(options));
         let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{options:?}: {stderr}");
+        assert_eq!(output.status.code(), Some(2), "{options:?}: {stderr}");
         assert!(stderr.contains(wanted), "{options:?}: {stderr}");
     }
 }

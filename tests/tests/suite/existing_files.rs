@@ -125,30 +125,31 @@ fn with_overwrite_it_is_replaced() {
 }
 
 /// A command that cannot do its job, a part of what it says, and its exit code.
-const WRONG: [(&str, &str, i32); 23] = [
+const WRONG: [(&str, &str, i32); 24] = [
     ("run @none.mcap --out @out", "none.mcap", 1),
     ("run @words.txt --out @out", "words.txt", 1),
-    ("run @small.mcap --params-file @bad.yaml --out @out", "window", 1),
+    ("run @small.mcap --params-file @bad.yaml --out @out", "window", 2),
     ("run @small.mcap --params-file @none.yaml --out @out", "none.yaml", 1),
-    ("run @small.mcap --rate 0 --out @out", "--rate 0", 1),
+    ("run @small.mcap --rate 0 --out @out", "--rate 0", 2),
+    ("play @small.mcap --rate 0", "the rate must be a positive number", 2),
     ("run @small.mcap --scan /none --out @out", "/none", 1),
-    ("run @small.mcap --pose lidar --road-voxel 0 --out @out", "--road-voxel", 1),
+    ("run @small.mcap --pose lidar --road-voxel 0 --out @out", "--road-voxel", 2),
     ("import clouds @words.txt -o @out.mcap", "words.txt", 1),
-    ("import clouds @cloud.ply --rate 0 -o @out.mcap", "--rate 0", 1),
+    ("import clouds @cloud.ply --rate 0 -o @out.mcap", "--rate 0", 2),
     ("simulate @words.txt -o @out.mcap", "words.txt", 1),
     ("simulate small -o @none/out.mcap", "none/out.mcap", 1),
     ("experiments --seeds 0 --out @out", "--seeds", 2),
-    ("demo --map-edge 5 --out @out", "map_edge_m", 1),
+    ("demo --map-edge 5 --out @out", "map_edge_m", 2),
     // Regressions: the one file was replaced by the other, the bag by its copy, and options without effect were taken in silence.
     ("merge @cloud.ply @cloud.ply -o @m.ply --changes @./m.ply", "cannot be both", 1),
     ("odometry @small.mcap --slam -o @x --save-map @./x", "cannot be both", 1),
     ("import bag @folder -o @folder/small.mcap --overwrite", "cannot replace itself", 1),
-    ("run @small.mcap --loop-closing --out @out", "--pose lidar", 1),
-    ("run @small.mcap --pose lidar --scan /scan --out @out", "--scan has no effect", 1),
-    ("eval trajectory @poses.txt --ref @poses.txt --times @poses.txt", "--times has no effect", 1),
-    ("odometry @small.mcap --of lidar --features lines -o @x", "are for a camera", 1),
-    ("export @cloud.ply -o @out.las --edge 0.1", "--edge is of an octomap", 1),
-    ("export @cloud.ply -o @out.las --heights 0.1 1", "--heights are of the occupancy grid", 1),
+    ("run @small.mcap --loop-closing --out @out", "--pose lidar", 2),
+    ("run @small.mcap --pose lidar --scan /scan --out @out", "--scan has no effect", 2),
+    ("eval trajectory @poses.txt --ref @poses.txt --times @poses.txt", "--times has no effect", 2),
+    ("odometry @small.mcap --of lidar --features lines -o @x", "are for a camera", 2),
+    ("export @cloud.ply -o @out.las --edge 0.1", "--edge is of an octomap", 2),
+    ("export @cloud.ply -o @out.las --heights 0.1 1", "--heights are of the occupancy grid", 2),
     ("node reconstruction --ros-args -p map_file:=@words.txt", "must end in .ply", 2),
 ];
 

@@ -64,7 +64,7 @@ pub(crate) fn run(args: &GridArgs) -> Result<Outcome, Failure> {
     let heights_m = match args.heights.as_slice() {
         _ if args.scan => sight.height_m..=sight.height_m,
         [from, to] => *from..=*to,
-        _ => return Err(Failure::new("--heights needs two numbers")),
+        _ => return Err(Failure::unusable("--heights needs two numbers")),
     };
     let plan = scenario.floor_plan(&grid, &heights_m);
     let in_sight = sight.cells(&plan);

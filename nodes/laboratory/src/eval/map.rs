@@ -68,7 +68,7 @@ pub(crate) fn run(args: &MapArgs) -> Result<Outcome, Failure> {
 pub(crate) fn score(args: &MapArgs) -> Result<MapScore, Failure> {
     let (map_m, reference_m) = (read(&args.map)?, read_reference(&args.reference)?);
     let clouds = ReducedClouds::of(&reference_m, &map_m, args.edge)
-        .map_err(|error| Failure::new(format!("--edge: {error}")))?;
+        .map_err(|error| Failure::unusable(format!("--edge: {error}")))?;
     let tolerance_m = args.tolerance.unwrap_or(args.edge);
     Ok(MapScore {
         edge_m: args.edge,

@@ -93,7 +93,7 @@ pub(crate) fn run(args: &TrajectoryArgs) -> Result<Outcome, Failure> {
     let reference = Source { path: &args.reference, topic: args.ref_topic.as_deref(), times }
         .read("--ref-topic")?;
     if times.is_some() && !estimate.takes_times && !reference.takes_times {
-        return Err(Failure::new("--times has no effect: both trajectories have stamps")
+        return Err(Failure::unusable("--times has no effect: both trajectories have stamps")
             .fix("leave it out, or give files of KITTI, which have none"));
     }
     let scored = score_trajectory(&estimate.trajectory, &reference.trajectory, &config)

@@ -184,7 +184,7 @@ impl ChoiceArgs {
 
     fn of_the_suite(&self) -> Result<Scenario, Failure> {
         if self.object.is_some() || self.path.is_some() || self.pause.is_some() {
-            return Err(Failure::new("--object, --path and --pause are for scenes of A to H")
+            return Err(Failure::unusable("--object, --path and --pause are for scenes of A to H")
                 .fix("give one with --scene"));
         }
         let seed = self.seed();
@@ -204,7 +204,9 @@ impl ChoiceArgs {
         let seed = self.seed();
         if let Some(pause_s) = self.pause {
             if !(pause_s > 0.0 && pause_s.is_finite()) {
-                return Err(Failure::new(format!("--pause is {pause_s}, but must be positive")));
+                return Err(Failure::unusable(format!(
+                    "--pause is {pause_s}, but must be positive"
+                )));
             }
             return Ok(Scenario::pausing(scene, pause_s, seed));
         }

@@ -41,17 +41,17 @@ impl Georeference {
             return Err(Failure::new(reason).fix("-o must end in .las, .laz or .e57"));
         }
         if let Some(far_m) = self.origin.iter().flatten().find(|along_m| !along_m.is_finite()) {
-            return Err(Failure::new(format!("--origin: {far_m} m is no place")));
+            return Err(Failure::unusable(format!("--origin: {far_m} m is no place")));
         }
         let Some(epsg) = self.epsg else { return Ok(()) };
         if form_holds != Holds::System {
-            return Err(Failure::new(
+            return Err(Failure::unusable(
                 "--epsg: an E57 file names its system by a text that the number does not give",
             )
             .fix("leave it out, or write .las or .laz"));
         }
         if !is_projected(epsg) {
-            return Err(Failure::new(format!("--epsg {epsg} is no projected system"))
+            return Err(Failure::unusable(format!("--epsg {epsg} is no projected system"))
                 .fix("a map is in metres, and not in degrees; its system has a number from 1024 to 32766, as 25832"));
         }
         Ok(())

@@ -45,8 +45,8 @@ impl Selection {
             points = kept(points, |point_m| polygon.contains(&point_m.xy()));
         }
         if let Some(edge_m) = self.thin {
-            let grid =
-                VoxelGrid::new(edge_m).map_err(|error| Failure::new(format!("--thin: {error}")))?;
+            let grid = VoxelGrid::new(edge_m)
+                .map_err(|error| Failure::unusable(format!("--thin: {error}")))?;
             points = thinned(&points, &grid);
         }
         if let Some(numbers) = &self.transform {
@@ -100,15 +100,17 @@ struct Box3 {
 impl Box3 {
     fn of(corners_m: &[f64]) -> Result<Self, Failure> {
         let &[x0, y0, z0, x1, y1, z1] = corners_m else {
-            return Err(Failure::new("--crop takes six numbers"));
+            return Err(Failure::unusable("--crop takes six numbers"));
         };
         let (least_m, most_m) = ([x0, y0, z0], [x1, y1, z1]);
         // Also false for what is no number.
         if least_m.iter().zip(&most_m).all(|(least_m, most_m)| least_m < most_m) {
             return Ok(Self { least_m, most_m });
         }
-        Err(Failure::new(format!("--crop: {least_m:?} is not below {most_m:?} along all axes"))
-            .fix("the lower corner comes first: X Y Z of it, and then X Y Z of the upper one"))
+        Err(Failure::unusable(format!(
+            "--crop: {least_m:?} is not below {most_m:?} along all axes"
+        ))
+        .fix("the lower corner comes first: X Y Z of it, and then X Y Z of the upper one"))
     }
 
     fn contains(&self, point_m: &Point3<f64>) -> bool {
@@ -127,7 +129,9 @@ impl Polygon {
         let pairs = coordinates_m.chunks_exact(2);
         if !pairs.remainder().is_empty() || coordinates_m.iter().any(|along_m| !along_m.is_finite())
         {
-            return Err(Failure::new("--polygon takes pairs of finite numbers: X Y X Y X Y ..."));
+            return Err(Failure::unusable(
+                "--polygon takes pairs of finite numbers: X Y X Y X Y ...",
+            ));
         }
         let corner = |pair: &[f64]| match *pair {
             [x, y] => Some(Point2::new(x, y)),

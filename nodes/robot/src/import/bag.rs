@@ -36,7 +36,7 @@ pub struct BagArgs {
 pub(crate) fn import(args: &BagArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     args.output.refuse_itself(&args.bag)?;
     if args.scan.is_requested() && is_ros1(&args.bag) {
-        return Err(Failure::new("--scan-from-depth: not of a bag of ROS 1")
+        return Err(Failure::unusable("--scan-from-depth: not of a bag of ROS 1")
             .fix("import it first, and then import what comes out with --scan-from-depth"));
     }
     let (summary, lost) =

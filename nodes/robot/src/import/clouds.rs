@@ -39,7 +39,7 @@ pub struct CloudsArgs {
 
 pub(crate) fn import(args: &CloudsArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is not a positive number", args.rate))
+        return Err(Failure::unusable(format!("--rate {} is not a positive number", args.rate))
             .fix("10 is usual"));
     }
     refuse_other_order(&args.files)?;

@@ -49,7 +49,7 @@ pub struct DepthArgs {
 
 pub(crate) fn import(args: &DepthArgs, interrupt: &Interrupt) -> Result<Outcome, Failure> {
     if !(args.rate.is_finite() && args.rate > 0.0) {
-        return Err(Failure::new(format!("--rate {} is not a positive number", args.rate))
+        return Err(Failure::unusable(format!("--rate {} is not a positive number", args.rate))
             .fix("give the images per second of the recording, for example --rate 30"));
     }
     let unit = DepthUnit::new(args.units_per_metre)?;

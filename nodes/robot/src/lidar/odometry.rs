@@ -102,7 +102,7 @@ pub(super) fn load(
 ) -> Result<LidarOdometryParameters, Failure> {
     let mut parameters: LidarOdometryParameters =
         parameters::load(&format!("/{NODE}"), files, &[] as &[Assignment])
-            .map_err(|error| Failure::new(error.to_string()))?;
+            .map_err(|error| Failure::of_parameters(&error))?;
     parameters.loop_closing |= loop_closing;
     // The same recording gives the same map.
     parameters.loop_closing_in_background = false;

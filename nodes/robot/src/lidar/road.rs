@@ -82,7 +82,7 @@ impl RoadArgs {
             ..odometry.road_map()
         };
         map.validate().map_err(|error| {
-            Failure::new(format!("the road map: {error}"))
+            Failure::unusable(format!("the road map: {error}"))
                 .fix("see --road-voxel, --road-memory, and min_range_m and max_range_m of the parameters")
         })?;
         Ok(map)

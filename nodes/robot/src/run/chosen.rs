@@ -211,7 +211,7 @@ fn choose_colours(
 ) -> Result<(), Failure> {
     let is_for_poses = matches!(inputs.pose, PoseSource::Visual(_));
     if wants_none && !topics.visual().is_empty() && !is_for_poses {
-        return Err(Failure::new("--image and --image-info have no effect with --no-colour")
+        return Err(Failure::unusable("--image and --image-info have no effect with --no-colour")
             .fix("leave them out, or leave out --no-colour"));
     }
     let wants_none = wants_none || parameters.detection_node().colour == ColourInput::None;

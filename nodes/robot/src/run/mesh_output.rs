@@ -21,7 +21,7 @@ pub(super) fn form_parser() -> impl TypedValueParser<Value = MeshForm> {
 /// Whether the map will have what a mesh is made of.
 pub(super) fn check(form: Option<MeshForm>, pipeline: &PipelineConfig) -> Result<(), Failure> {
     if form.is_some() && !pipeline.needs_depth() {
-        return Err(Failure::new(format!("--mesh: {}", MeshError::NoDistances))
+        return Err(Failure::unusable(format!("--mesh: {}", MeshError::NoDistances))
             .fix("run with --method free_space"));
     }
     Ok(())

@@ -29,10 +29,10 @@ pub struct ParameterArgs {
     /// A ROS 2 parameter file for the nodes; later ones override earlier ones
     #[arg(long = "params-file", value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// The method of all three nodes, whatever the files say
+    /// The method of all three nodes, whatever the files say (default: what they say, or free_space)
     #[arg(long, value_parser = method_parser())]
     pub method: Option<Method>,
-    /// Edge of the map's voxels, in metres; of the method free_space
+    /// Edge of the map's voxels, in metres; of the method free_space (default: map_edge_m of the files, or 0.02)
     #[arg(long, value_name = "METRES")]
     pub map_edge: Option<f64>,
     /// Make the occupancy grid for navigation, too: of the scans alone, or of the map between two heights above the floor
@@ -46,7 +46,7 @@ impl ParameterArgs {
     /// # Errors
     /// When a file cannot be read as a parameter file.
     pub(crate) fn misspelt(&self) -> Result<Vec<String>, Failure> {
-        let failed = |error: ParameterError| Failure::new(error.to_string());
+        let failed = |error: ParameterError| Failure::of_parameters(&error);
         let known = KnownNames::all().map_err(failed)?;
         let nodes = NODES.map(|node| format!("/{node}"));
         let said = self.files.iter().map(|file| known.misspelt(&nodes, file));
@@ -116,7 +116,7 @@ impl PipelineParameters {
         }
         let detection = format!("/{}", Stage::Detection.name());
         let states_extrinsics = parameters::is_given(&detection, &args.files, EXTRINSICS)
-            .map_err(|error| Failure::new(error.to_string()))?;
+            .map_err(|error| Failure::of_parameters(&error))?;
         let mut parameters = Self {
             states_extrinsics,
             detection: load(Stage::Detection.name(), &args.files)?,
@@ -136,7 +136,7 @@ impl PipelineParameters {
         parameters.reconstruction.grid_file = String::new();
         parameters.reconstruction.mesh_file = String::new();
         let checked = parameters.reconstruction.config.validate();
-        checked.map_err(|error| Failure::new(error.to_string()))?;
+        checked.map_err(|error| Failure::unusable(error.to_string()))?;
         let [segmentation, reconstruction] =
             [&parameters.segmentation.config.pipeline, &parameters.reconstruction.config.pipeline];
         check_agreement(parameters.pipeline(), segmentation, reconstruction)?;
@@ -260,7 +260,7 @@ pub(crate) fn check_map_edge(
 ) -> Result<(), Failure> {
     if map_edge_m.is_some() && pipeline.depth_map_edge_m().is_none() {
         let method = pipeline.method;
-        return Err(Failure::new(format!(
+        return Err(Failure::unusable(format!(
             "--map-edge is of the method free_space: the map of {method} has the edge voxel_edge_m"
         ))
         .fix("leave it out, or choose --method free_space"));
@@ -298,7 +298,7 @@ pub(crate) fn check_agreement(
             differences.push(format!("extrinsics of detection is not that of {node}"));
         }
         if !differences.is_empty() {
-            return Err(Failure::new(differences.join("; ")).fix(
+            return Err(Failure::unusable(differences.join("; ")).fix(
                 "set it once, in a section /** of the parameter file (config/pipeline.yaml)",
             ));
         }
@@ -318,12 +318,12 @@ const NODES: [&str; 4] = [
 fn check_sections(file: &Path) -> Result<(), Failure> {
     for node in NODES {
         let is_for = parameters::is_for(&format!("/{node}"), file)
-            .map_err(|error| Failure::new(error.to_string()))?;
+            .map_err(|error| Failure::of_parameters(&error))?;
         if is_for {
             return Ok(());
         }
     }
-    Err(Failure::new(format!("the parameter file {} is for none of the nodes", file.display()))
+    Err(Failure::unusable(format!("the parameter file {} is for none of the nodes", file.display()))
         .fix("its sections must be named detection, segmentation, reconstruction or pose (or /**/detection, ...)"))
 }
 
@@ -340,7 +340,7 @@ where
     P: Parameters + Serialize + DeserializeOwned + Default,
 {
     parameters::load(&format!("/{node}"), files, &[] as &[Assignment])
-        .map_err(|error| Failure::new(error.to_string()))
+        .map_err(|error| Failure::of_parameters(&error))
 }
 
 #[cfg(test)]
