@@ -1,13 +1,16 @@
 //! How the nodes end.
 
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use msgs::diagnostic_msgs::DiagnosticArray;
+use msgs::stillmap_msgs::StageReport;
 use node_shell::{Node, Qos, RosArguments, ending_signals};
 use rustix::process::Signal;
 use tokio::time::timeout;
 
 use crate::bags::{bag_of, pose, ten_stamps};
+use crate::overload::send_cycles;
 use crate::program::Running;
 
 /// Longer than anything here takes on a busy machine; reached only by a fault.
@@ -91,4 +94,57 @@ async fn every_node_ends_in_order_on_each_signal_and_on_two() {
     }
     drop(reports);
     ear.close().await;
+}
+
+/// How often a suite with a map is ended by two signals, and the variable that names another number.
+const ROUNDS: (&str, usize) = ("STILLMAP_ENDING_ROUNDS", 3);
+
+/// The second signal of `ros2 launch` comes while the map is written: the file is whole all the same.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_map_is_saved_whole_when_a_second_signal_comes_meanwhile() {
+    let folder = tempfile::tempdir().unwrap();
+    let rounds = std::env::var(ROUNDS.0).map_or(ROUNDS.1, |text| text.parse().unwrap());
+    for round in 0..rounds {
+        let rule = format!("__ns:=/ending_with_a_map_{}_{round}", std::process::id());
+        let arguments = RosArguments::parse(["--ros-args", "-r", &rule]).unwrap();
+        let robot = Node::start("robot", &arguments).unwrap();
+        let mapped =
+            robot.subscription::<StageReport>("reconstruction/report", &Qos::reliable(50)).unwrap();
+        let map = folder.path().join(format!("map_{round}.ply"));
+        let map_file = format!("reconstruction:map_file:={}", map.display());
+        let up = Running::start(["up", "--ros-args", "-r", &rule, "-p", &map_file]);
+        let has_mapped = async {
+            tokio::select! {
+                () = send_cycles(&robot) => {}
+                () = async { while !mapped.next().await.message.processed {} } => {}
+            }
+        };
+        timeout(PATIENCE, has_mapped).await.expect("the suite maps");
+        let is_well = tokio::task::spawn_blocking(move || up.interrupt_twice());
+        assert!(is_well.await.unwrap(), "round {round}");
+        let points = geometry::ply::decode(&std::fs::read(&map).unwrap()).unwrap().len();
+        assert!(points > 100, "round {round}: {points} points");
+        drop(mapped);
+        robot.close().await;
+    }
+    let left = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, rounds, "nothing but the maps is left");
+}
+
+/// A process that grows beyond its ceiling ends with a failure, so that whoever started it starts it again.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_process_beyond_its_memory_says_so_and_ends_with_a_failure() {
+    // `EX_SOFTWARE` of sysexits.h; a mebibyte is less than any process has.
+    const EX_SOFTWARE: i32 = 70;
+    let output = Command::new(env!("CARGO_BIN_EXE_stillmap-under-test"))
+        .args(["node", "segmentation"])
+        .env("STILLMAP_MEMORY_LIMIT_MIB", "1")
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(EX_SOFTWARE), "{stderr}");
+    let line = stderr.lines().find(|line| line.contains("beyond its ceiling of 1 MB"));
+    assert!(line.is_some_and(|line| line.contains("ERROR")), "{stderr}");
 }

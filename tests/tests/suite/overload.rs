@@ -72,16 +72,41 @@ async fn what_is_published_is_new_the_log_says_what_helps_and_the_end_is_not_hel
         }
     };
     assert!(timeout(PATIENCE, newest).await.is_ok(), "the newest cycle was not processed");
-    let ended = tokio::task::spawn_blocking(move || up.end(Signal::TERM));
-    let ended = timeout(PATIENCE, ended).await.expect("the suite does not end").unwrap();
-    assert!(ended.success(), "{ended}");
-    assert!(geometry::ply::decode(&std::fs::read(&map).unwrap()).unwrap().len() > 100);
-
     let is_taken = |stamp: &&Stamp| segmented_cycles.contains(stamp);
     let in_a_row = detected_cycles.iter().rev().take_while(is_taken).count();
     assert!(in_a_row <= MOST_IN_A_ROW, "{in_a_row} cycles waited when the input ended");
     let passed = detected_cycles.iter().filter(|stamp| !is_taken(stamp));
     assert!(passed.count() > CYCLES, "nothing was dropped: the input is no overload");
+
+    // It is asked to end while it has too much to do: what waits before a stage is worked off, and nothing else.
+    let busy = async {
+        let wanted = segmented_cycles.len() + CYCLES;
+        while segmented_cycles.len() < wanted {
+            segmented_cycles.extend(processed(&segmented.next().await));
+        }
+    };
+    let busy = async {
+        tokio::select! {
+            () = send_cycles(&robot) => {}
+            () = busy => {}
+        }
+    };
+    assert!(timeout(PATIENCE, busy).await.is_ok(), "the suite does not go on");
+    while segmented.try_next().is_some() {}
+    let ended = tokio::task::spawn_blocking(move || up.end(Signal::TERM));
+    let mut after_the_signal = Vec::new();
+    let ended = async {
+        tokio::select! {
+            () = send_cycles(&robot) => unreachable!("it has no end"),
+            () = take(&segmented, &mut after_the_signal) => unreachable!("it has no end"),
+            ended = ended => ended.unwrap(),
+        }
+    };
+    let ended = timeout(PATIENCE, ended).await.expect("the suite does not end");
+    assert!(ended.success(), "{ended}");
+    let worked_off = after_the_signal.len();
+    assert!(worked_off <= MOST_IN_A_ROW, "{worked_off} cycles were processed after the signal");
+    assert!(geometry::ply::decode(&std::fs::read(&map).unwrap()).unwrap().len() > 100);
     says_what_helps(&log);
     drop((detected, segmented, mapped));
     robot.close().await;
@@ -110,7 +135,7 @@ fn processed(report: &Received<StageReport>) -> Option<Stamp> {
 }
 
 /// Sends scans, images and poses without an end: a wall at 3 m.
-async fn send_cycles(robot: &Node) {
+pub(crate) async fn send_cycles(robot: &Node) {
     let qos = Qos::sensor(5);
     let scans = robot.publisher("scan", &qos).unwrap();
     let images = robot.publisher("depth/image", &qos).unwrap();
