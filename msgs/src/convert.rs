@@ -35,7 +35,9 @@ mod track;
 mod zone;
 
 pub use angular_velocity::angular_velocity_from_message;
-pub use camera::{camera_from_message, message_from_camera};
+pub use camera::{
+    calibration_of_image, camera_from_message, camera_of_image, is_rectified, message_from_camera,
+};
 use cloud::organised_points_from_message;
 pub use cloud::{cloud_from_message, message_from_cloud, organised_cloud_from_message};
 pub use colour::{

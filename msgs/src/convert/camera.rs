@@ -3,10 +3,12 @@
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
+
 use geometry::{CameraModel, Distortion, Stamp};
 
-use super::ConvertError;
 use super::pose::header_of;
+use super::{COMPRESSED_DEPTH_TOPIC, COMPRESSED_IMAGE_TOPIC, ConvertError};
 use crate::sensor_msgs::{CameraInfo, RegionOfInterest};
 
 /// Names of the distortion models (`sensor_msgs/distortion_models.hpp`).
@@ -17,8 +19,8 @@ const EQUIDISTANT: &str = "equidistant";
 /// The camera that took the raw image: `k` and `d`, with the sensor's region of interest and binning
 /// taken into account as image_geometry does.
 ///
-/// `r` and `p` are not used: they belong to the image that a rectifier makes of the raw one. Give a
-/// rectified image a calibration with an empty or all-zero `d`, as drivers of depth cameras do.
+/// `r` and `p` are not used: they belong to the image that a rectifier makes of the raw one, see
+/// [`calibration_of_image`].
 ///
 /// The lens is [`Distortion::of_model`].
 ///
@@ -51,6 +53,50 @@ pub fn camera_from_message(message: &CameraInfo) -> Result<CameraModel, ConvertE
     };
     model.validate().map_err(ConvertError::Camera)?;
     Ok(model)
+}
+
+/// The camera of the images on `image_topic`, see [`calibration_of_image`].
+///
+/// # Errors
+/// As [`camera_from_message`]; an element of `p` is named by its place in the matrix that replaces `k`.
+pub fn camera_of_image(
+    message: &CameraInfo,
+    image_topic: &str,
+) -> Result<CameraModel, ConvertError> {
+    camera_from_message(&calibration_of_image(message, image_topic))
+}
+
+/// The calibration with the camera of the images on `image_topic` as `k` and `d`: that of the raw image as it is, that of a rectified
+/// one ([`is_rectified`]) with the left 3 x 3 part of `p` as `k`, the identity as `r` and no distortion.
+///
+/// `sensor_msgs/msg/CameraInfo` describes both images: `k` and `d` the raw one, `p` and `r` the rectified one. A `p` without focal
+/// lengths is not set, and then `k` and `d` are taken. The fourth column of `p` is where the first camera of a stereo pair is, and
+/// no part of the camera.
+#[must_use]
+pub fn calibration_of_image<'a>(message: &'a CameraInfo, image_topic: &str) -> Cow<'a, CameraInfo> {
+    let [fx, skew, cx, _, zero_4, fy, cy, _, zero_8, zero_9, one_10, _] = message.p;
+    if !is_rectified(image_topic) || fx == 0.0 || fy == 0.0 {
+        return Cow::Borrowed(message);
+    }
+    Cow::Owned(CameraInfo {
+        distortion_model: PLUMB_BOB.to_owned(),
+        d: vec![0.0; 5],
+        k: [fx, skew, cx, zero_4, fy, cy, zero_8, zero_9, one_10],
+        r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        ..message.clone()
+    })
+}
+
+/// Whether the images on a topic are rectified, which their messages do not say: by the names of `image_proc`, `image_rect`,
+/// `image_rect_color` and the like, a word of the last part is `rect`. Compressed images have the name of the raw ones and below it
+/// that of their transport.
+#[must_use]
+pub fn is_rectified(image_topic: &str) -> bool {
+    let mut parts = image_topic.rsplit('/');
+    let is_transport =
+        |part: &&str| [COMPRESSED_DEPTH_TOPIC, COMPRESSED_IMAGE_TOPIC].contains(part);
+    let name = parts.find(|part| !is_transport(part)).unwrap_or_default();
+    name.split('_').any(|word| word == "rect" || word == "rectified")
 }
 
 /// The part of the sensor that is sent; a region without size is the whole sensor.

@@ -163,7 +163,8 @@ impl TruthReader {
 
     fn take(&mut self, message: &BagMessage, from: Stamp) -> Result<(), TruthError> {
         if *message.topic == *self.topics.camera_info {
-            let camera = convert::camera_from_message(&message.decode::<CameraInfo>()?)?;
+            let camera =
+                convert::camera_of_image(&message.decode::<CameraInfo>()?, &self.topics.depth)?;
             if self.rays.as_ref().is_none_or(|(known, _)| *known != camera) {
                 self.rays = Some((camera, RayTable::new(&camera)?));
             }

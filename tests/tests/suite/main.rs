@@ -65,3 +65,4 @@ mod up;
 
 mod recorded_camera;
 mod recorded_kitchen;
+mod rectified_images;

@@ -35,6 +35,73 @@ fn the_raw_camera_is_k_and_d() {
     );
 }
 
+/// [`kinect`] with what `camera_calibration` writes for the rectified image.
+fn kinect_with_p() -> CameraInfo {
+    let p = [511.25, 0.0, 310.5, -40.0, 0.0, 519.75, 247.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    CameraInfo { p, r: [9.0; 9], ..kinect() }
+}
+
+/// A lens that was taken out of an image is not taken out again.
+#[test]
+fn the_camera_of_a_rectified_image_is_p() {
+    let message = kinect_with_p();
+    let raw = camera_from_message(&message).unwrap();
+    let rectified = CameraModel {
+        fx_px: 511.25,
+        fy_px: 519.75,
+        cx_px: 310.5,
+        cy_px: 247.0,
+        distortion: Distortion::None,
+        ..raw
+    };
+    for topic in [
+        "/camera/depth/image_rect",
+        "image_rect_raw",
+        "/camera/depth/image_rect/compressedDepth",
+        "/camera/rgb/image_rect_color/compressed",
+        "/stereo/rectified_image",
+    ] {
+        assert_eq!(camera_of_image(&message, topic), Ok(rectified), "{topic}");
+        let own = calibration_of_image(&message, topic);
+        assert_eq!(camera_from_message(&own), Ok(rectified), "{topic}");
+    }
+    for topic in [
+        "/camera/depth/image_raw",
+        "depth/image",
+        "/image_rect/points",
+        "/rect/image_raw/compressedDepth",
+        "/camera/direct",
+        "/image_corrected",
+        "",
+    ] {
+        assert_eq!(camera_of_image(&message, topic), Ok(raw), "{topic}");
+    }
+}
+
+#[test]
+fn a_rectified_image_without_p_has_the_camera_of_the_raw_one() {
+    let message = kinect();
+    let raw = camera_from_message(&message);
+    assert_eq!(camera_of_image(&message, "/depth/image_rect"), raw);
+}
+
+#[test]
+fn region_and_binning_move_and_scale_the_camera_of_a_rectified_image() {
+    let mut message = kinect_with_p();
+    message.k = [0.0; 9];
+    message.roi =
+        RegionOfInterest { x_offset: 100, y_offset: 40, width: 400, height: 300, do_rectify: true };
+    (message.binning_x, message.binning_y) = (2, 4);
+    let model = camera_of_image(&message, "/depth/image_rect").unwrap();
+    assert_eq!((model.width_px, model.height_px), (200, 75));
+    let near = |value: f64, expected: f64| (value - expected).abs() < 1e-9;
+    assert!(near(model.fx_px, 511.25 / 2.0) && near(model.cy_px, 207.0 / 4.0), "{model:?}");
+    message.p[1] = 0.5;
+    let refused = camera_of_image(&message, "/depth/image_rect");
+    let error = ConvertError::IntrinsicMatrix { index: 1, value: 0.5, expected: 0.0 };
+    assert_eq!(refused, Err(error));
+}
+
 fn distortion_of(model: &str, d: &[f64]) -> Result<Distortion, ConvertError> {
     let distortion_model = model.to_owned();
     camera_from_message(&CameraInfo { distortion_model, d: d.to_vec(), ..kinect() })

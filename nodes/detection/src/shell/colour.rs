@@ -77,12 +77,16 @@ impl Colours {
         self.images.push(message.stamp(), message);
     }
 
-    /// Takes the calibration of the colour camera; most come again and again.
+    /// Takes the calibration of the camera of the images on a topic; most come again and again.
     ///
     /// # Errors
     /// When it is none.
-    pub(super) fn take_camera(&mut self, message: &CameraInfo) -> Result<(), NodeFailure> {
-        let camera = convert::camera_from_message(message)?;
+    pub(super) fn take_camera(
+        &mut self,
+        message: &CameraInfo,
+        image_topic: &str,
+    ) -> Result<(), NodeFailure> {
+        let camera = convert::camera_of_image(message, image_topic)?;
         camera.validate()?;
         if self.camera != Some(camera) {
             self.camera = Some(camera);

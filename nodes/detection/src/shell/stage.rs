@@ -167,10 +167,12 @@ impl Stage {
                 Ok(pose) => self.matcher.push_pose(pose),
                 Err(error) => return self.refuse(Input::Pose, &error.to_string()),
             },
-            Arrival::CameraInfo(message) => match convert::camera_from_message(&message) {
-                Ok(camera) => return self.take_camera(camera),
-                Err(error) => return self.refuse_camera(error.to_string()),
-            },
+            Arrival::CameraInfo(message) => {
+                match convert::camera_of_image(&message, self.inputs.view_topic()) {
+                    Ok(camera) => return self.take_camera(camera),
+                    Err(error) => return self.refuse_camera(error.to_string()),
+                }
+            }
             Arrival::View(message) => {
                 self.output.view_taken(message.stamp());
                 match self.camera_frame.take(message.frame_id(), message.stamp()) {
@@ -190,9 +192,10 @@ impl Stage {
                 return self.something_came();
             }
             Arrival::ColourInfo(message) => {
-                let taken = self.colours.as_mut().map(|colours| colours.take_camera(&message));
+                let [images, topic] = self.inputs.colour_topics();
+                let colours = self.colours.as_mut();
+                let taken = colours.map(|colours| colours.take_camera(&message, images));
                 if let Some(Err(error)) = taken {
-                    let [_, topic] = self.inputs.colour_topics();
                     self.refuse_on(topic, &error.to_string());
                 }
                 return;

@@ -165,14 +165,18 @@ impl Stage {
                 self.handle(paired);
                 Ok(())
             }
-            Arrival::ColorInfo(message) => convert::camera_from_message(&message)
-                .map_err(NodeFailure::from)
-                .and_then(|camera| self.cameras.take_color(camera))
-                .map_err(|error| (self.inputs.color_info_topic().to_owned(), error)),
-            Arrival::DepthInfo(message) => convert::camera_from_message(&message)
-                .map_err(NodeFailure::from)
-                .and_then(|camera| self.cameras.take_depth(camera))
-                .map_err(|error| (self.inputs.depth_info_topic().to_owned(), error)),
+            Arrival::ColorInfo(message) => {
+                convert::camera_of_image(&message, self.inputs.color_topic())
+                    .map_err(NodeFailure::from)
+                    .and_then(|camera| self.cameras.take_color(camera))
+                    .map_err(|error| (self.inputs.color_info_topic().to_owned(), error))
+            }
+            Arrival::DepthInfo(message) => {
+                convert::camera_of_image(&message, self.inputs.depth_topic())
+                    .map_err(NodeFailure::from)
+                    .and_then(|camera| self.cameras.take_depth(camera))
+                    .map_err(|error| (self.inputs.depth_info_topic().to_owned(), error))
+            }
             Arrival::Tracks(message) => self
                 .knowledge
                 .take_tracks(&message, self.output.frames())

@@ -62,7 +62,7 @@ impl Gathering {
             self.take_image(message);
         } else if self.camera.is_none() {
             let info = message.decode::<CameraInfo>().ok();
-            self.camera = info.and_then(|info| convert::camera_from_message(&info).ok());
+            self.camera = info.and_then(|info| convert::camera_of_image(&info, &topics.image).ok());
         }
     }
 

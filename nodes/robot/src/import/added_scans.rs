@@ -118,7 +118,7 @@ impl AddedScans {
         let failed = |error: String| Failure::new(format!("{}: {error}", message.topic));
         if *message.topic == *self.camera_info {
             let info = message.decode::<CameraInfo>().map_err(|error| failed(error.to_string()))?;
-            let camera = convert::camera_from_message(&info);
+            let camera = convert::camera_of_image(&info, &self.image);
             self.camera = Some(camera.map_err(|error| failed(error.to_string()))?);
         }
         let Some(camera) = self.camera.filter(|_| *message.topic == *self.image) else {

@@ -126,7 +126,8 @@ impl ColourTopics {
 
     fn size_of_camera(&self, bag: &Bag) -> Result<(usize, usize), String> {
         let message = first::<CameraInfo>(bag, &self.camera_info)?;
-        let camera = convert::camera_from_message(&message).map_err(|error| error.to_string())?;
+        let camera =
+            convert::camera_of_image(&message, &self.image).map_err(|error| error.to_string())?;
         camera.validate().map_err(|error| error.to_string())?;
         let CameraModel { width_px, height_px, .. } = camera;
         Ok((width_px, height_px))

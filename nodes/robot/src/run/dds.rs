@@ -99,9 +99,8 @@ pub(crate) fn run(
             input: inputs.view.input(),
             ..parameters.detection_node().clone()
         };
-        let Subscribed { collector, poses, pacing } =
-            subscribe_in(&namespace, visual.is_some(), &detection)
-                .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
+        let Subscribed { collector, poses, pacing } = subscribe_in(&namespace, inputs, &detection)
+            .map_err(|error| Failure::new(format!("cannot join the network: {error}")))?;
         let recorder = Recorder::new(parameters.reconstruction())
             .map_err(|error| Failure::new(error.to_string()))?;
         let granted = collector.granted_buffer();
@@ -114,6 +113,7 @@ pub(crate) fn run(
         }
         let mut run = Run {
             namespace,
+            remappings: feed::remappings(inputs),
             feed,
             collector,
             pacing,
@@ -166,19 +166,16 @@ const WAITING_POSES: usize = 1000;
 /// Joins the network in a namespace and subscribes there; to poses as well, if the run computes them.
 fn subscribe_in(
     namespace: &str,
-    with_poses: bool,
+    inputs: &Inputs,
     detection: &DetectionParameters,
 ) -> Result<Subscribed, ShellError> {
-    let arguments = RosArguments::parse([
-        "--ros-args".to_owned(),
-        "-r".to_owned(),
-        format!("__ns:={namespace}"),
-        "-r".to_owned(),
-        format!("/diagnostics:={namespace}/diagnostics"),
-    ])?;
+    let own = [format!("__ns:={namespace}"), format!("/diagnostics:={namespace}/diagnostics")];
+    let rules = own.into_iter().chain(feed::remappings(inputs));
+    let rules = rules.flat_map(|rule| ["-r".to_owned(), rule]);
+    let arguments = RosArguments::parse(std::iter::once("--ros-args".to_owned()).chain(rules))?;
     let node = Node::start("collector", &arguments)?;
     let to_poses = || node.subscription("pose", &Qos::reliable(WAITING_POSES));
-    let poses = with_poses.then(to_poses).transpose()?;
+    let poses = (!inputs.has_poses_of_bag()).then(to_poses).transpose()?;
     let pacing = Pacing::listen(&node)?;
     Ok(Subscribed { poses, pacing, collector: Collector::on(node, detection)? })
 }
@@ -192,6 +189,8 @@ struct Subscribed {
 
 struct Run {
     namespace: String,
+    /// By which the nodes find what the player plays.
+    remappings: Vec<String>,
     feed: Feed,
     collector: Collector,
     pacing: Pacing,
@@ -214,8 +213,8 @@ impl Run {
     ) -> Result<(), Failure> {
         let mut arguments = vec!["node".to_owned(), name.to_owned()];
         arguments.extend(self.ros_arguments());
-        for (name, played) in &self.feed.aliases {
-            arguments.extend(["-r".to_owned(), format!("{name}:={played}")]);
+        for rule in &self.remappings {
+            arguments.extend(["-r".to_owned(), rule.clone()]);
         }
         arguments.extend(["--params-file".to_owned(), parameters.display().to_string()]);
         for (name, value) in overrides {

@@ -107,6 +107,7 @@ impl Filter {
             points: Lane::new(node, ["points", "static_points", "dynamic_points"], &sent, view)?,
             calibration: Calibration::new(
                 node,
+                "depth/image",
                 ["depth/camera_info", "static_depth/camera_info", "dynamic_depth/camera_info"],
                 &sent,
                 view,

@@ -37,7 +37,7 @@ impl Run {
     /// Whether the nodes have discovered the player: what it sent before would be lost.
     pub(super) fn hear_the_player(&self) -> bool {
         let mut topics = self.feed.topics.iter();
-        topics.all(|topic| self.diagnostic(topic.node, "publishers", &topic.node_name()) > 0)
+        topics.all(|topic| self.diagnostic(topic.node, "publishers", &topic.received_name()) > 0)
     }
 
     /// Connections of the pipeline that no node reports yet.

@@ -23,8 +23,6 @@ pub(super) struct Feed {
     /// The value of its parameter `colour`, where it is another than in the parameters of the run.
     pub(super) colour: Option<&'static str>,
     pub(super) topics: Vec<FedTopic>,
-    /// For a topic of the bag that nodes know under two names: the other name, and the one under which it is played.
-    pub(super) aliases: Vec<(&'static str, &'static str)>,
     /// Why depth images are compressed, if they are.
     pub(super) compression: Option<Compression>,
     /// Images that are too large and stay raw, since the pose node reads raw images.
@@ -34,8 +32,10 @@ pub(super) struct Feed {
 /// A topic of the bag that is played to a node.
 pub(super) struct FedTopic {
     pub(super) bag_topic: String,
-    /// The name that the player's remapping gives it.
-    pub(super) played_name: &'static str,
+    /// The name that the player's remapping gives it, within the namespace.
+    pub(super) played_name: String,
+    /// The names that the nodes know it by; none of the topics of tf.
+    pub(super) names: Vec<&'static str>,
     pub(super) compressed: Option<Compressed>,
     /// The node whose diagnostics count its received messages.
     pub(super) node: &'static str,
@@ -97,16 +97,17 @@ impl Feed {
             _ => None,
         };
         let fed = inputs.by_node_name().into_iter().filter(is_asked_for);
-        let (mut topics, mut aliases) = (Vec::<FedTopic>::new(), Vec::new());
+        let mut topics = Vec::<FedTopic>::new();
         for (name, topic) in fed {
             // Registered images have one calibration for both, and a topic is played once.
-            if let Some(played) = topics.iter().find(|played| played.bag_topic == topic) {
-                aliases.push((name, played.played_name));
+            if let Some(played) = topics.iter_mut().find(|played| played.bag_topic == topic) {
+                played.names.push(name);
                 continue;
             }
             topics.push(FedTopic {
                 bag_topic: topic.to_owned(),
-                played_name: name,
+                played_name: played_name(topic),
+                names: vec![name],
                 compressed: compressed(name),
                 node: node(name),
             });
@@ -114,7 +115,8 @@ impl Feed {
         // The nodes of the run have a tree of frames of their own.
         let transforms = inputs.transforms.iter().map(|topic| FedTopic {
             bag_topic: (*topic).to_owned(),
-            played_name: topic.trim_start_matches('/'),
+            played_name: topic.trim_start_matches('/').to_owned(),
+            names: Vec::new(),
             compressed: None,
             node: Stage::Detection.name(),
         });
@@ -122,11 +124,32 @@ impl Feed {
             input: if compression.is_some() { "compressed_depth" } else { inputs.view.kind() },
             colour: colours_are_too_large.then_some("compressed"),
             topics: topics.into_iter().chain(transforms).collect(),
-            aliases,
             compression,
             too_large,
         }
     }
+}
+
+/// The name under which a topic of the bag is played: its own, which says whether images are rectified, apart from the topics that
+/// the nodes publish.
+fn played_name(bag_topic: &str) -> String {
+    format!("bag/{}", bag_topic.trim_start_matches('/'))
+}
+
+/// The remappings by which the nodes find the topics of the bag, compressed or not.
+pub(super) fn remappings(inputs: &Inputs) -> Vec<String> {
+    let mut rules = Vec::new();
+    for (name, topic) in inputs.by_node_name() {
+        let played = played_name(topic);
+        let transport = match name {
+            "depth/image" => Some(COMPRESSED_DEPTH_TOPIC),
+            "rgb/image" => Some(COMPRESSED_IMAGE_TOPIC),
+            _ => None,
+        };
+        rules.extend(transport.map(|below| format!("{name}/{below}:={played}/{below}")));
+        rules.push(format!("{name}:={played}"));
+    }
+    rules
 }
 
 /// Whether the first message of a topic is larger than what the kernel lets a socket receive at once.
@@ -139,12 +162,12 @@ fn is_too_large(bag: &Path, topic: &str, granted: GrantedBuffer) -> bool {
 }
 
 impl FedTopic {
-    /// The name that the node knows it by.
-    pub(super) fn node_name(&self) -> String {
+    /// The name of what the node subscribes to, within the namespace.
+    pub(super) fn received_name(&self) -> String {
         match self.compressed {
             Some(Compressed::Depth) => format!("{}/{COMPRESSED_DEPTH_TOPIC}", self.played_name),
             Some(Compressed::Colour) => format!("{}/{COMPRESSED_IMAGE_TOPIC}", self.played_name),
-            None => self.played_name.to_owned(),
+            None => self.played_name.clone(),
         }
     }
 }

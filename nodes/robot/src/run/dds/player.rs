@@ -33,17 +33,17 @@ impl Run {
                 }
                 None => {}
             }
-            let awaited = format!("{}/{}", self.namespace, topic.node_name());
+            let awaited = format!("{}/{}", self.namespace, topic.received_name());
             arguments.extend(["--wait-for".to_owned(), awaited]);
         }
         let views = ["depth/image", COMPRESSED_DEPTH, "points"];
-        let is_view = |topic: &&FedTopic| views.contains(&topic.played_name);
+        let is_view = |topic: &&FedTopic| topic.names.iter().any(|name| views.contains(name));
         if let Some(views) = self.feed.topics.iter().find(is_view) {
             let pace = format!("{}={}/{}", views.bag_topic, self.namespace, pacing::TOPIC);
             arguments.extend(["--pace".to_owned(), pace]);
         }
         // The pose node is the slowest; the player waits for it so that no images are lost.
-        let images = self.feed.topics.iter().find(|topic| topic.played_name == "depth/image");
+        let images = self.feed.topics.iter().find(|topic| topic.names.contains(&"depth/image"));
         if let Some(images) = images.filter(|_| self.poses.is_some()) {
             let reports = format!("{}/{}/report", self.namespace, visual::NODE);
             arguments.extend(["--pace".to_owned(), format!("{}={reports}", images.bag_topic)]);
@@ -56,7 +56,7 @@ impl Run {
     /// messages may be missing here for up to a second.
     pub(super) fn losses(&self, sent: &Sent) -> Vec<LostMessages> {
         let lost = |topic: &FedTopic| {
-            let received = self.diagnostic(topic.node, "received", &topic.node_name());
+            let received = self.diagnostic(topic.node, "received", &topic.received_name());
             let bag_topic = topic.bag_topic.clone();
             let messages = sent.messages_on(&bag_topic).saturating_sub(received);
             LostMessages { topic: bag_topic, node: topic.node, messages }

@@ -5,6 +5,7 @@
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -27,6 +28,8 @@ pub(super) struct Calibration {
     statics: Publisher<CameraInfo>,
     dynamics: Publisher<CameraInfo>,
     camera: Option<CameraModel>,
+    /// The name of the images' topic after remapping.
+    image_topic: String,
     /// That of the images.
     wait: Wait,
     /// Whether there are images to wait for.
@@ -38,9 +41,11 @@ pub(super) struct Calibration {
 }
 
 impl Calibration {
-    /// With the names of the raw topic, and of those of what is static and of what moves. Its images wait as `wait` says.
+    /// With the names of the images' topic, the raw topic, and of those of what is static and of what moves. Its images wait as
+    /// `wait` says.
     pub(super) fn new(
         node: &Node,
+        image_name: &str,
         [raw_name, statics, dynamics]: [&'static str; 3],
         qos: &Qos,
         wait: Wait,
@@ -50,6 +55,7 @@ impl Calibration {
             statics: node.publisher(statics, qos)?,
             dynamics: node.publisher(dynamics, qos)?,
             camera: None,
+            image_topic: node.resolve(image_name)?,
             wait,
             has_images: false,
             waiting: VecDeque::new(),
@@ -71,12 +77,18 @@ impl Calibration {
         Ok(())
     }
 
-    /// Takes a message and the camera that it describes. It is passed on with its image.
+    /// Takes a message and the camera of the images. It is passed on with its image, as the calibration of a raw one: that a
+    /// rectified image is one cannot be seen from the names of the filtered topics.
     pub(super) fn take(&mut self, message: &Arc<CameraInfo>) -> Result<(), ConvertError> {
         self.newest = convert::stamp_from_time(message.header.stamp);
-        self.waiting.push_back((self.newest, Arc::clone(message)));
+        let own = match convert::calibration_of_image(message, &self.image_topic) {
+            Cow::Borrowed(_) => Arc::clone(message),
+            Cow::Owned(own) => Arc::new(own),
+        };
+        let camera = convert::camera_from_message(&own);
+        self.waiting.push_back((self.newest, own));
         self.send_due();
-        self.camera = Some(convert::camera_from_message(message)?);
+        self.camera = Some(camera?);
         Ok(())
     }
 

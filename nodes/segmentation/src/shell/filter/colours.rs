@@ -45,7 +45,7 @@ impl Colours {
         let infos = ["rgb/camera_info", "static_rgb/camera_info", "dynamic_rgb/camera_info"];
         Ok(Self {
             lane: Lane::new(node, images, &sent, wait)?,
-            calibration: Calibration::new(node, infos, &sent, wait)?,
+            calibration: Calibration::new(node, images[0], infos, &sent, wait)?,
             fill,
             needs_mask: false,
         })

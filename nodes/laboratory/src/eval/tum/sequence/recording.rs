@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use bag_player::{Bag, BagError, BagMessage, Messages, Selection};
 use evaluation::trajectory::Trajectory;
 use geometry::{CameraModel, DepthImage, Stamp};
-use msgs::convert::{camera_from_message, depth_from_message, stamp_from_time};
+use msgs::convert::{camera_of_image, depth_from_message, stamp_from_time};
 use msgs::sensor_msgs::{CameraInfo, Image};
 
 use super::{ColorImage, Images, Pair, Pairing, Pairs, paired};
@@ -112,7 +112,8 @@ impl RecordedImages<'_> {
             |error: &dyn std::fmt::Display| Failure::new(error.to_string()).within(&*message.topic);
         if *message.topic == self.recording.camera_info {
             let info = message.decode::<CameraInfo>().map_err(failure)?;
-            self.camera = Some(camera_from_message(&info).map_err(|error| within(&error))?);
+            let camera = camera_of_image(&info, &self.recording.color);
+            self.camera = Some(camera.map_err(|error| within(&error))?);
         }
         if *message.topic == self.recording.depth {
             let image = message.decode::<Image>().map_err(failure)?;

@@ -41,7 +41,10 @@ struct Graph {
 impl Graph {
     /// Images wait for 0.1 s.
     fn new() -> Self {
-        let arguments = RosArguments::parse(["--ros-args"]).unwrap();
+        Self::with(RosArguments::parse(["--ros-args"]).unwrap())
+    }
+
+    fn with(arguments: RosArguments) -> Self {
         let host = Host::in_process();
         let node = |name: &str| host.node(name, &arguments).unwrap();
         let (own, mapper) = (node("segmentation"), node("mapper"));
@@ -113,4 +116,30 @@ fn calibrations_go_out_where_no_images_come() {
     graph.filter.follow_subscribers(&graph.own).unwrap();
     graph.take([info(433)]);
     assert_eq!(graph.came(), (vec![], vec![400, 433]));
+}
+
+/// The lens was taken out of the image, and the filtered topic's name does not say so.
+#[test]
+fn the_calibration_of_a_rectified_image_goes_out_as_that_of_a_raw_one() {
+    let calibration = CameraInfo {
+        width: 64,
+        height: 48,
+        distortion_model: "plumb_bob".to_owned(),
+        d: vec![0.1, -0.2, 0.0, 0.0, 0.0],
+        k: [60.0, 0.0, 31.5, 0.0, 60.0, 23.5, 0.0, 0.0, 1.0],
+        p: [55.0, 0.0, 30.0, 0.0, 0.0, 56.0, 24.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+        ..CameraInfo::default()
+    };
+    for (topic, focal_px) in [("/camera/image_rect", 55.0), ("/camera/image_raw", 60.0)] {
+        let remapping = format!("depth/image:={topic}");
+        let mut graph = Graph::with(RosArguments::parse(["--ros-args", "-r", &remapping]).unwrap());
+        graph.take([RawArrival::CameraInfo(Arc::new(calibration.clone()))]);
+        graph.filter.give_up_waiting();
+        let sent = graph.infos.try_next().unwrap().message;
+        let is_raw = topic.ends_with("raw");
+        assert_eq!((sent.k[0], sent.p), (focal_px, calibration.p), "{topic}");
+        assert_eq!(sent.d == calibration.d, is_raw, "{topic}");
+        let camera = graph.filter.calibration.camera().unwrap();
+        assert_eq!((camera.fx_px, camera.distortion.is_none()), (focal_px, !is_raw), "{topic}");
+    }
 }
