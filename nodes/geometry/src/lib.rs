@@ -37,6 +37,7 @@ mod depth_frame;
 mod depth_projection;
 mod distance;
 mod label;
+mod last_sight;
 mod lidar_cloud;
 mod map_path;
 mod map_view;
@@ -81,6 +82,7 @@ pub use depth_projection::{
 };
 pub use distance::{DistanceAt, DistanceLattice, Distances, NearestObstacle, PlaceState};
 pub use label::{LabelImage, LabelSizeError};
+pub use last_sight::LastSight;
 pub use lidar_cloud::{LidarCloud, span_without_strays};
 pub use map_path::{
     ContinuousFrame, LateCorrections, MapPath, MapPathError, PathCorrection, PathKnot, PathVertex,

@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use crate::point_file::{
     Encoding, HeaderLine, OrientedPoints, Parts, PointFileError, RecordLayout, Scalar, split_header,
 };
-use crate::{MapView, TriangleMesh};
+use crate::{LastSight, MapView, TriangleMesh};
 
 /// The lines of a header, and the bytes behind it.
 type Header<'a> = (Vec<HeaderLine<'a>>, &'a [u8]);
@@ -41,6 +41,27 @@ pub fn encode_map(points: &OrientedPoints, views: &[MapView]) -> Vec<u8> {
     encode_elements(points_m.len(), &Parts::of(points_m, normals, colours), "", views)
 }
 
+/// The same with how the map was seen last, as the element `last_sight` behind the vertices: [`last_sights_of`] reads it, and other programs pass
+/// over it.
+#[must_use]
+pub fn encode_map_to_continue(
+    points: &OrientedPoints,
+    views: &[MapView],
+    sights: &[LastSight],
+) -> Vec<u8> {
+    if sights.is_empty() {
+        return encode_map(points, views);
+    }
+    let OrientedPoints { points_m, normals, colours } = points;
+    let properties = LAST_SIGHT_NAMES.map(|name| format!("property float {name}\n")).concat();
+    let element = format!("element {LAST_SIGHT} {}\n{properties}", sights.len());
+    let parts = Parts::of(points_m, normals, colours);
+    let mut bytes = encode_elements(points_m.len(), &parts, &element, views);
+    let numbers = sights.iter().flat_map(LastSight::numbers);
+    bytes.extend(numbers.flat_map(f32::to_le_bytes));
+    bytes
+}
+
 /// The same of triangles: their vertices, and the element `face` with `vertex_indices`.
 #[must_use]
 pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
@@ -56,6 +77,11 @@ pub fn encode_mesh(mesh: &TriangleMesh) -> Vec<u8> {
     }
     bytes
 }
+
+/// The element of how a map was seen last, and its properties, each a `float`.
+const LAST_SIGHT: &str = "last_sight";
+const LAST_SIGHT_NAMES: [&str; LastSight::NUMBERS] =
+    ["x", "y", "z", "from_x", "from_y", "from_z", "lasted_s"];
 
 /// How the comment of a view begins.
 const VIEW: [&str; 2] = ["comment", "view"];
@@ -113,6 +139,39 @@ pub fn views_of(bytes: &[u8]) -> Result<Vec<MapView>, PointFileError> {
     let lines = header_of(bytes)?.0.into_iter();
     // What is no view is a comment of somebody else's.
     Ok(lines.filter_map(|(_, line)| words_after(line, VIEW)?.parse().ok()).collect())
+}
+
+/// How a map was seen last; nothing where the file does not say it as [`encode_map_to_continue`] does.
+///
+/// # Errors
+/// When the bytes are no such file, or are cut off.
+pub fn last_sights_of(bytes: &[u8]) -> Result<Vec<LastSight>, PointFileError> {
+    let lines = header_of(bytes)?.0;
+    let (layout, encoding, body, vertices) = read(bytes)?;
+    let mut behind_vertices = lines
+        .iter()
+        .map(|(_, line)| line.trim())
+        .skip_while(|line| words_after(line, ["element", "vertex"]).is_none())
+        .skip(1)
+        .skip_while(|line| !line.starts_with("element"));
+    let element = behind_vertices.next();
+    let count =
+        element.and_then(|line| words_after(line, ["element", LAST_SIGHT])?.trim().parse().ok());
+    let mut has_property = |name: &str| {
+        let line = behind_vertices.next();
+        line.and_then(|line| words_after(line, ["property", "float"])).map(str::trim) == Some(name)
+    };
+    let is_ours = encoding == Encoding::BinaryLittleEndian
+        && LAST_SIGHT_NAMES.into_iter().all(&mut has_property);
+    let Some(count) = count.filter(|_| is_ours) else { return Ok(Vec::new()) };
+    let first = vertices.saturating_mul(layout.bytes());
+    let (numbers, _) = body.get(first..).unwrap_or_default().as_chunks::<4>();
+    let (records, _) = numbers.as_chunks::<{ LastSight::NUMBERS }>();
+    if records.len() < count {
+        return Err(PointFileError::Truncated { stated: count, found: records.len() });
+    }
+    let sights = records.iter().take(count);
+    Ok(sights.filter_map(|record| LastSight::of_numbers(record.map(f32::from_le_bytes))).collect())
 }
 
 /// What stands behind these words; `None` of a line that does not begin with them.
@@ -237,6 +296,7 @@ mod tests {
             file.truncate(cut);
             file.append(&mut bytes);
             let _ = decode(&file);
+            let _ = last_sights_of(&file);
         }
     }
 
@@ -255,6 +315,34 @@ mod tests {
         let other = String::from_utf8_lossy(&file).replace("comment view 7", "comment viewed 7");
         assert_eq!(views_of(other.as_bytes()).unwrap(), []);
         assert!(views_of(b"ply\ncut off").is_err());
+    }
+
+    #[test]
+    fn how_a_map_was_seen_last_stands_behind_its_points() {
+        let points = OrientedPoints {
+            points_m: vec![Point3::new(1.0, 2.0, 3.0), Point3::new(4.0, 5.0, 6.0)],
+            normals: vec![Vector3::x(); 2],
+            colours: vec![[1, 2, 3]; 2],
+        };
+        let sight = |lasted_s: f32| LastSight {
+            middle_m: Point3::new(1.04, 2.0, -3.0),
+            from_m: Point3::new(0.5, -0.25, 1.0),
+            lasted_s,
+        };
+        let sights = [sight(0.0), sight(61.5)];
+        let file = encode_map_to_continue(&points, &[], &sights);
+        assert_eq!(last_sights_of(&file).unwrap(), sights);
+        assert_eq!(decode_with_normals(&file).unwrap(), points);
+        // Others, and what is none.
+        assert_eq!(encode_map_to_continue(&points, &[], &[]), encode_map(&points, &[]));
+        assert_eq!(last_sights_of(&encode_map(&points, &[])).unwrap(), []);
+        let mesh = TriangleMesh { triangles: vec![[0, 1, 0]], ..TriangleMesh::default() };
+        assert_eq!(last_sights_of(&encode_mesh(&mesh)).unwrap(), []);
+        let none =
+            encode_map_to_continue(&points, &[], &[sight(-1.0), sight(f32::NAN), sight(2.0)]);
+        assert_eq!(last_sights_of(&none).unwrap(), [sight(2.0)]);
+        let cut_off = last_sights_of(&file[..file.len() - 1]).unwrap_err();
+        assert_eq!(cut_off, PointFileError::Truncated { stated: 2, found: 1 });
     }
 
     #[test]

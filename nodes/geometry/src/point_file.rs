@@ -223,6 +223,11 @@ impl RecordLayout {
         self.columns = self.columns.saturating_add(count);
     }
 
+    /// The bytes of a binary record.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bytes
+    }
+
     /// Reads `stated` records from `body`. Points with a coordinate that is not finite mark pixels
     /// that saw nothing, and are left out.
     pub(crate) fn decode(

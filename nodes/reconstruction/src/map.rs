@@ -2,8 +2,8 @@
 
 use estimation::executor::Executor;
 use geometry::{
-    ColouredCloud, DistanceLattice, Distances, MapPath, MapView, MeshUpdate, OccupancyGrid,
-    OrientedPoints, SegmentedCycle, TriangleMesh, VoxelGrid,
+    ColouredCloud, DistanceLattice, Distances, LastSight, MapPath, MapView, MeshUpdate,
+    OccupancyGrid, OrientedPoints, SegmentedCycle, TriangleMesh, VoxelGrid,
 };
 use nalgebra::{Point3, Vector3};
 use volume::BLOCK_EDGE;
@@ -69,7 +69,7 @@ impl Map {
         let view = config.depth_view()?;
         let map = SurfaceMap::new(surface, view, config.at_max_voxels, tiles.transpose()?)?
             .with_grid(grid);
-        let map = map.with_distances(config.distances());
+        let map = map.with_distances(config.distances()).with_stop(config.pipeline.max_stop_s);
         Ok(Self::Surface(Box::new(map)))
     }
 
@@ -140,6 +140,13 @@ impl Map {
     pub fn add_views(&mut self, views: impl IntoIterator<Item = MapView>) {
         if let Self::Surface(map) = self {
             map.add_views(views);
+        }
+    }
+
+    /// Takes how the blocks of a file were seen last, [`WholeMap::sights`]: after its points. A map of means has none.
+    pub fn take_last_sights(&mut self, sights: impl IntoIterator<Item = LastSight>) {
+        if let Self::Surface(map) = self {
+            map.take_last_sights(sights);
         }
     }
 

@@ -1,6 +1,6 @@
 //! What a map of either kind says: of a cycle, of its points, of its changes, of what it cannot take.
 
-use geometry::{Cloud, MapView, OrientedPoints};
+use geometry::{Cloud, LastSight, MapView, OrientedPoints};
 use volume::ViewError;
 
 use crate::tiles::TileError;
@@ -62,6 +62,8 @@ pub struct WholeMap {
     pub points: OrientedPoints,
     /// Where a map of depth images was seen from; of a map of means none.
     pub views: Vec<MapView>,
+    /// How the blocks of a map of depth images were seen last, by ascending key, for a file that is to be continued; of a map of means none.
+    pub sights: Vec<LastSight>,
     /// The spilled tiles whose points are not among them, by ascending key.
     pub unreadable: Vec<TileError>,
 }

@@ -70,6 +70,8 @@ pub struct SurfaceMap {
     /// Present where a grid is asked for.
     grid: Option<GridObservations>,
     views: Views,
+    /// What a file has counts as what was there for so long at least: the method takes for static what has stood for it.
+    stop_s: f64,
 }
 
 impl SurfaceMap {
@@ -98,6 +100,7 @@ impl SurfaceMap {
             corrections: Corrections::default(),
             grid: None,
             views: Views::default(),
+            stop_s: 0.0,
         })
     }
 
@@ -221,6 +224,12 @@ impl SurfaceMap {
     /// With distances by these parameters, where they are asked for.
     pub(crate) fn with_distances(mut self, config: DistanceConfig) -> Self {
         self.distance_config = config;
+        self
+    }
+
+    /// With the time after which what has stopped counts as static, `max_stop_s`.
+    pub(crate) fn with_stop(mut self, stop_s: f64) -> Self {
+        self.stop_s = stop_s;
         self
     }
 

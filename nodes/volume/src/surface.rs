@@ -15,6 +15,7 @@ mod distance;
 mod forget;
 mod from_points;
 mod in_view;
+mod last_sights;
 mod mesh;
 mod node_box;
 mod nodes;
@@ -40,6 +41,7 @@ pub use bytes::BlockFormatError;
 pub use changes::{ChangeFollower, LISTENER_TOLERANCE_IN_EDGES, SurfaceChanges};
 pub use config::{SurfaceConfig, SurfaceConfigError};
 pub use distance::{DistanceConfig, DistanceConfigError, DistanceField, LatticeBox};
+use last_sights::LoadedSights;
 pub use mesh::{BlockMesh, MeshChange, MeshFollower, MeshJoiner, MeshVertex};
 pub use points::{PointRules, SurfacePoint};
 use update::{Job, Work};
@@ -86,6 +88,7 @@ pub struct Surface {
     /// Blocks from whose directions nothing comes back.
     blank: Vec<BlockKey>,
     seen_before: SeenBefore,
+    loaded: LoadedSights,
     changed: Vec<BlockKey>,
     removed: Vec<BlockKey>,
     ticks: Ticks,
@@ -128,6 +131,7 @@ impl Surface {
             free: Vec::new(),
             blank: Vec::new(),
             seen_before: SeenBefore::default(),
+            loaded: LoadedSights::default(),
             changed: Vec::new(),
             removed: Vec::new(),
             ticks: Ticks::default(),
@@ -290,14 +294,16 @@ impl Surface {
             };
             let is_all_seen = !covered.is_cut
                 || block.was_seen_only_at(judge.frame.in_camera_m(&middle_m), block_edge_m);
-            let hit_from_m = Point3::from(block.hit_from_m).cast::<f64>();
+            let sighted = self.loaded.sighted(*key, block, now);
             let has_gone = is_all_seen
-                && sees_as_well(&tiled.camera_in_map_m(), &hit_from_m, &middle_m)
+                && sees_as_well(&tiled.camera_in_map_m(), &sighted.from_m, &middle_m)
                 && shows_none(view, &covered, judge.before_m())
                 && self.seen_before.would_return(tiled, &covered);
-            if has_gone
-                && !block.evidence.blank()
-                && is_missed_long_enough(block.missed_s(now), block.lasted_s())
+            if !has_gone {
+                continue;
+            }
+            self.loaded.miss(*key, now);
+            if !block.evidence.blank() && is_missed_long_enough(sighted.missed_s, sighted.lasted_s)
             {
                 self.remove(*key, update);
             }
@@ -313,6 +319,7 @@ impl Surface {
         self.removed.clear();
         self.ticks = Ticks::default();
         self.seen_before = SeenBefore::default();
+        self.loaded = LoadedSights::default();
         self.near_nodes = 0;
     }
 
@@ -378,6 +385,7 @@ impl Surface {
             + spare
             + self.layer.table_bytes()
             + self.levels.memory_bytes()
+            + self.loaded.memory_bytes()
             + self.work.capacity() * size_of::<Work>()
             + (self.free.capacity() + self.blank.capacity()) * size_of::<BlockKey>()
     }

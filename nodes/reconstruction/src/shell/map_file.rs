@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use geometry::{MapView, OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
+use geometry::{LastSight, MapView, OrientedPoints, VoxelGrid, VoxelKey, pcd, ply};
 use nalgebra::Point3;
 use node_shell::{NodeFailure, Unusable, keep_version, output_file, write_whole_file};
 
@@ -32,6 +32,7 @@ enum Format {
 pub(super) struct Snapshot {
     points: OrientedPoints,
     views: Vec<MapView>,
+    sights: Vec<LastSight>,
     grid: VoxelGrid,
     max_voxels: usize,
 }
@@ -56,7 +57,7 @@ impl Snapshot {
     /// # Errors
     /// When a tile on disk cannot be read at present.
     pub(super) fn of(map: &Map) -> Result<Self, NodeFailure> {
-        let WholeMap { points, views, unreadable } = map.whole();
+        let WholeMap { points, views, sights, unreadable } = map.whole();
         if let Some(error) = unreadable.iter().find(|error| !error.is_loss()) {
             return Err(format!("the map could not be saved: {error}").into());
         }
@@ -64,7 +65,7 @@ impl Snapshot {
         if let Some(error) = unreadable.first() {
             tracing::warn!("{} tiles are missing in the saved map: {error}", unreadable.len());
         }
-        Ok(Self { points, views, grid: *map.grid(), max_voxels: map.max_voxels() })
+        Ok(Self { points, views, sights, grid: *map.grid(), max_voxels: map.max_voxels() })
     }
 
     pub(super) fn points(&self) -> usize {
@@ -117,10 +118,10 @@ impl MapFile {
         let failed = |reason: &dyn std::fmt::Display| {
             format!("the map could not be saved to {}: {reason}", self.path.display())
         };
-        let Snapshot { points, views, grid, max_voxels } = snapshot;
+        let Snapshot { points, views, sights, grid, max_voxels } = snapshot;
         let OrientedPoints { points_m, normals, colours } = &points;
         let bytes = match self.format {
-            Format::Ply => ply::encode_map(&points, &views),
+            Format::Ply => ply::encode_map_to_continue(&points, &views, &sights),
             Format::Pcd => pcd::encode_with_colours(points_m, normals, colours),
             Format::Octomap => {
                 let voxels: Vec<VoxelKey> = points_m.iter().map(|point| grid.key(point)).collect();
@@ -128,7 +129,7 @@ impl MapFile {
             }
         };
         let count = points_m.len();
-        drop((points, views));
+        drop((points, views, sights));
         let mut version = None;
         if keeps_former && self.exists() {
             let before = fs::read(&self.path).map_err(|error| failed(&error))?;
@@ -169,6 +170,7 @@ impl MapFile {
             }
         })?;
         map.add_views(file.views);
+        map.take_last_sights(file.sights);
         tracing::info!("loaded a map of {} voxels from {}", map.len(), self.path.display());
         Ok(map.len())
     }
@@ -176,10 +178,10 @@ impl MapFile {
     fn points_of(&self, bytes: &[u8], max_voxels: usize) -> Result<FilePoints, String> {
         match self.format {
             Format::Ply => ply::decode_with_normals(bytes)
-                .and_then(|points| Ok((points, ply::views_of(bytes)?)))
+                .and_then(|points| Ok((points, ply::views_of(bytes)?, ply::last_sights_of(bytes)?)))
                 .map_err(|error| error.to_string()),
             Format::Pcd => pcd::decode_with_normals(bytes)
-                .map(|points| (points, Vec::new()))
+                .map(|points| (points, Vec::new(), Vec::new()))
                 .map_err(|error| error.to_string()),
             Format::Octomap => {
                 let octree =
@@ -190,11 +192,12 @@ impl MapFile {
                         ..OrientedPoints::default()
                     },
                     views: Vec::new(),
+                    sights: Vec::new(),
                     edge_m: Some(octree.edge_m),
                 });
             }
         }
-        .map(|(points, views)| FilePoints { points, views, edge_m: None })
+        .map(|(points, views, sights)| FilePoints { points, views, sights, edge_m: None })
     }
 }
 
@@ -203,6 +206,8 @@ struct FilePoints {
     points: OrientedPoints,
     /// Of a PLY file of a map of depth images.
     views: Vec<MapView>,
+    /// Of such a file that this node wrote.
+    sights: Vec<LastSight>,
     /// Of an octomap the edge of its voxels.
     edge_m: Option<f64>,
 }

@@ -1,6 +1,6 @@
 //! A map that was saved takes the place of this one.
 
-use geometry::{MapView, NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
+use geometry::{LastSight, MapView, NO_COLOUR, OrientedPoints, VoxelGrid, VoxelKey};
 use nalgebra::{Point3, Vector3};
 use volume::BlockBox;
 
@@ -142,6 +142,15 @@ impl SurfaceMap {
     /// Adds the views that the points of a file were seen from.
     pub(crate) fn add_views(&mut self, views: impl IntoIterator<Item = MapView>) {
         self.views.add_loaded(views);
+    }
+
+    /// Takes how the blocks of the file were seen last. A hand before a part of the lens is there for a shorter time than the least that
+    /// each of them has to be missed for.
+    pub(crate) fn take_last_sights(&mut self, sights: impl IntoIterator<Item = LastSight>) {
+        let least_s = self.stop_s as f32;
+        let at_least =
+            |sight: LastSight| LastSight { lasted_s: sight.lasted_s.max(least_s), ..sight };
+        self.surface.take_last_sights(sights.into_iter().map(at_least));
     }
 
     /// Gives the frame of the map another name. The points stay.

@@ -6,6 +6,7 @@ mod mesh;
 mod retracted;
 mod rules;
 pub(crate) mod scene;
+mod second_day;
 mod spilling;
 mod views;
 

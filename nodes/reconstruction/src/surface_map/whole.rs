@@ -1,6 +1,6 @@
 //! The map as one cloud.
 
-use geometry::{ColouredCloud, OrientedPoints};
+use geometry::{ColouredCloud, LastSight, OrientedPoints};
 use volume::{BlockKey, ChangeFollower, PointRules, Surface, SurfacePoint};
 
 use super::SurfaceMap;
@@ -46,24 +46,32 @@ impl SurfaceMap {
 
     fn whole_seen_by(&self, mut see: impl FnMut(BlockKey, &[SurfacePoint])) -> WholeMap {
         let mut all: Vec<(BlockKey, SurfacePoint)> = Vec::new();
-        let unreadable = self.visit_points(|key, points| {
+        let mut sights: Vec<(BlockKey, LastSight)> = Vec::new();
+        let unreadable = self.visit_points(|key, points, sight| {
             see(key, points);
             all.extend(points.iter().map(|point| (key, *point)));
+            sights.extend(sight.map(|sight| (key, sight)));
         });
         if self.spill.is_some() {
             // They come tile by tile. The order within a block stays.
             all.sort_by_key(|(key, _)| *key);
+            sights.sort_by_key(|(key, _)| *key);
         }
+        let sights = sights.into_iter().map(|(_, sight)| sight).collect();
         let points_m = all.iter().map(|(_, point)| point.position_m).collect();
         let normals = all.iter().map(|(_, point)| point.normal).collect();
         let colours = colours_of(all.iter().map(|(_, point)| point));
         // Those of a part show what is not in it as free.
         let views = if unreadable.is_empty() { self.views.all() } else { Vec::new() };
-        WholeMap { points: OrientedPoints { points_m, normals, colours }, views, unreadable }
+        let points = OrientedPoints { points_m, normals, colours };
+        WholeMap { points, views, sights, unreadable }
     }
 
-    /// Calls `visit` with the points of each block. Returns why some cannot be had, by ascending key of the tile.
-    fn visit_points(&self, mut visit: impl FnMut(BlockKey, &[SurfacePoint])) -> Vec<TileError> {
+    /// Calls `visit` with the points of each block and how it was seen last. Returns why some cannot be had, by ascending key of the tile.
+    fn visit_points(
+        &self,
+        mut visit: impl FnMut(BlockKey, &[SurfacePoint], Option<LastSight>),
+    ) -> Vec<TileError> {
         if let Some(spill) = &self.spill {
             return self.visit_tiles(&spill.tiles.by_key(), visit);
         }
@@ -71,31 +79,32 @@ impl SurfaceMap {
         for key in self.surface.block_keys() {
             points.clear();
             self.surface.points_of(key, PointRules::default(), &mut points);
-            visit(key, &points);
+            visit(key, &points, self.surface.last_sight(None, key));
         }
         Vec::new()
     }
 
     /// Calls `visit` with the points of each block in memory, by all that is known of them.
-    pub(super) fn visit_points_in_memory(&self, visit: impl FnMut(BlockKey, &[SurfacePoint])) {
+    pub(super) fn visit_points_in_memory(&self, mut visit: impl FnMut(BlockKey, &[SurfacePoint])) {
+        let visit = |key, points: &[SurfacePoint], _| visit(key, points);
         match &self.spill {
             Some(spill) => drop(self.visit_tiles(&spill.tiles.in_memory_by_key(), visit)),
             None => drop(self.visit_points(visit)),
         }
     }
 
-    /// Calls `visit` with the points of each block of tiles, in memory or not. Returns why some cannot be had.
+    /// Calls `visit` with the points of each block of tiles, in memory or not, and how it was seen last. Returns why some cannot be had.
     pub(super) fn visit_tiles(
         &self,
         tiles: &[TileKey],
-        mut visit: impl FnMut(BlockKey, &[SurfacePoint]),
+        mut visit: impl FnMut(BlockKey, &[SurfacePoint], Option<LastSight>),
     ) -> Vec<TileError> {
         let mut points = Vec::new();
         self.visit_blocks_of(tiles, |key, looked_at| {
             points.clear();
             let rules = PointRules::default();
             self.surface.points_of_both(looked_at, key, rules, &mut points);
-            visit(key, &points);
+            visit(key, &points, self.surface.last_sight(Some(looked_at), key));
         })
     }
 

@@ -96,6 +96,7 @@ impl Surface {
             update.cleared_blocks += 1;
             self.near_nodes -= usize::from(block.near_nodes);
             self.removed.push(key);
+            self.loaded.forget(key);
             self.keep_spare(block);
         }
     }

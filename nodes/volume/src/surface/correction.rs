@@ -48,7 +48,9 @@ impl Surface {
     pub fn corrected(&self, now_from_before: impl Fn(Stamp) -> Isometry3<f64>) -> Self {
         // By direction it saw what it saw, wherever the map is.
         let seen_before = self.seen_before.clone();
-        let mut corrected = Self { ticks: self.ticks.clone(), seen_before, ..self.emptied() };
+        // What was loaded stays where it is.
+        let (ticks, loaded) = (self.ticks.clone(), self.loaded.clone());
+        let mut corrected = Self { ticks, seen_before, loaded, ..self.emptied() };
         for key in self.block_keys() {
             corrected.join_moved(self, key, &now_from_before, BlockBox::ALL);
         }

@@ -409,3 +409,37 @@ fn a_saved_map_of_depth_images_has_the_views_that_it_was_seen_from_and_gets_them
     // The other formats have no place for them.
     assert_eq!(views_of("map.pcd").0, []);
 }
+
+/// Where nothing comes back any more, what has gone by the next start is told by it.
+#[test]
+fn a_saved_map_of_depth_images_says_how_it_was_seen_last_and_gets_it_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("map.ply");
+    let file = MapFile::new("map_file", path.to_str().unwrap()).unwrap().unwrap();
+    let config = ReconstructionConfig::default();
+    let mut map = Map::new(config.clone(), None).unwrap();
+    let rig = scene::rig_at(0.0, 0.0);
+    for index in [1, 700] {
+        map.integrate(&scene::cycle(&scene::Scene::room(), index, &rig, None)).unwrap();
+    }
+    let sights = map.whole().sights;
+    assert!(sights.iter().any(|sight| sight.lasted_s > 99.0) && sights.len() > 100);
+    file.write(Snapshot::of(&map).unwrap(), false).unwrap();
+    let load = |map_edge_m: f64| {
+        let mut config = config.clone();
+        config.pipeline.map_edge_m = map_edge_m;
+        let mut loaded = Map::new(config, None).unwrap();
+        file.load(&mut loaded, "map").unwrap();
+        loaded.whole().sights
+    };
+    let at_least_s = config.pipeline.max_stop_s as f32;
+    let loaded = load(config.pipeline.map_edge_m);
+    // A block at the border of what is seen may have no point in a file.
+    assert!(10 * loaded.len() > 9 * sights.len(), "{} of {}", loaded.len(), sights.len());
+    for sight in &loaded {
+        let before = sights.iter().find(|before| before.middle_m == sight.middle_m).unwrap();
+        let lasted_s = before.lasted_s.max(at_least_s);
+        assert_eq!(*sight, geometry::LastSight { lasted_s, ..*before });
+    }
+    assert_eq!(load(0.03), [], "blocks of another edge are others");
+}

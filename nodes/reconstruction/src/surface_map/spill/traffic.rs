@@ -102,7 +102,7 @@ impl SurfaceMap {
             return;
         }
         let has_changed = known.iter().any(|known| follower.is_waiting(known.key));
-        self.visit_tiles(&[tile], |key, points| follower.know(key, points, self.grid()));
+        self.visit_tiles(&[tile], |key, points, _| follower.know(key, points, self.grid()));
         self.followers.changes = Some(follower);
         if has_changed {
             // What is beside it changed while it could not be had: what listeners know of it, nobody knows any more.
